@@ -95,6 +95,19 @@ Environment counted_from(Environment e, double elapsed) {
   return e;
 }
 
+std::vector<std::string> forces_of(const Environment& e) {
+  std::vector<std::string> all;
+  for (const ThirdBody& body : e.third_bodies)
+    all.push_back(body.name == "sun" ? "the Sun" : body.name == "moon" ? "the Moon" : body.name);
+  for (size_t n = 0; n < e.planet.J.size(); ++n)
+    if (e.planet.J[n] != 0) all.push_back("J" + std::to_string(n + 2));
+  if (e.planet.magnetic) all.push_back("the dipole");
+  const auto any = [&](auto of) { return std::ranges::any_of(e.plates, of); };
+  if (e.atmosphere || any([](const Plate& p) { return p.drag > 0; })) all.push_back("drag");
+  if (e.solar_pressure) all.push_back("sunlight");
+  return all;
+}
+
 void Environment::validate() const {
   positive(planet.mu, "the planet's mu", "m^3/s^2");
   positive(planet.radius, "the planet's radius", "m");

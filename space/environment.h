@@ -109,6 +109,10 @@ struct Environment {
 /// angle are then where they were.
 Environment counted_from(Environment environment, double elapsed);
 
+/// What acts besides the planet's central field and the gravity gradient, in words: "the Sun",
+/// "J2", "drag".
+std::vector<std::string> forces_of(const Environment& environment);
+
 /// The osculating orbit of a state.
 struct Elements {
   double semi_major_axis, eccentricity, inclination, node, argument, true_anomaly;  ///< [m, -, rad]

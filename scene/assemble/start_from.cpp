@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "mechanics/reconfiguration.h"
 #include "scene/assemble/detail/start.h"
@@ -37,6 +38,11 @@ FromRecord numbers_of(const StartFrom& from, const phs::Description& d, int mech
       r.state.turns[angle] = n->second;
     ++angle;
   }
+  for (const auto& [name, numbers] : from.state)
+    if (!from.joined.locked.contains(name) &&
+        std::ranges::none_of(
+            d.blocks, [&, &own = name](const phs::Block& b) { return link_name(b.name) == own; }))
+      r.left_over.push_back(name);
   if (!missing.empty())
     throw InvalidArgument(
         fmt::format("{}: the run in {} does not have the states of this model: {} are missing",
@@ -104,18 +110,51 @@ void put_exactly(const FromRecord& from, phs::State& s) {
   s.turns = from.state.turns;
 }
 
-std::string note_of(const StartFrom& from, const std::array<double, 2>& own, bool in_orbit) {
+namespace {
+
+/// What goes on in orbit, and which forces the other run had besides.
+std::string note_of_orbit(const StartFrom& from, const OrbitScene& orbit) {
+  const auto own = space::forces_of(orbit.environment);
+  std::string on = "orbit";
+  for (const char* moving : {"the Sun", "the Moon", "the dipole"})
+    if (std::ranges::count(own, moving)) on += std::string(", ") + moving;
+  std::string note = fmt::format("; {} go on from there, whatever start [orbit] states", on);
+  if (on == "orbit") note = "; the orbit goes on from there, whatever start [orbit] states";
+  if (!orbit.epoch.empty()) note += fmt::format(", {:.9g} s after the epoch", from.elapsed);
+  const auto list = [](const std::vector<std::string>& of, const std::vector<std::string>& not_in) {
+    std::vector<std::string> rest;
+    std::ranges::copy_if(of, std::back_inserter(rest),
+                         [&](const auto& name) { return !std::ranges::count(not_in, name); });
+    return rest;
+  };
+  if (!from.epoch) return note;
+  if (const auto lost = list(from.forces, own); !lost.empty())
+    note += fmt::format("; that run had {}, and this scene has not", fmt::join(lost, ", "));
+  if (const auto more = list(own, from.forces); !more.empty())
+    note += fmt::format("; this scene has {}, and that run had not", fmt::join(more, ", "));
+  return note;
+}
+
+}  // namespace
+
+std::string note_of(const StartFrom& from, const FromRecord& record,
+                    const std::array<double, 2>& own, const OrbitScene* orbit) {
   std::string note =
       fmt::format("the start is the record at {:.17g} s of {}{}", from.time, from.folder,
                   from.low_words ? "" : ", whose low words were not recorded");
   for (const Event& e : carried_events(from)) note += fmt::format("; the {} holds", text(e));
   for (const std::string& other : from.joined.others)
     note += fmt::format("; the {} of that run is not continued: this scene states its own", other);
-  if (in_orbit)
-    note += fmt::format(
-        "; orbit, Sun, Moon and planet go on from there, {:.9g} s after the epoch, whatever start "
-        "[orbit] states",
-        from.elapsed);
+  if (orbit) note += note_of_orbit(from, *orbit);
+  if (!record.left_over.empty()) {
+    const std::string lost = fmt::format("states of the record that this scene has not: {}",
+                                         fmt::join(record.left_over, ", "));
+    if (orbit)
+      throw InvalidArgument(fmt::format(
+          "{}: {}; in orbit places count from the common centre of mass: expected the same bodies",
+          from.where, lost));
+    return note + "; " + lost;
+  }
   const auto other = [&](double energy) {
     return std::fabs(energy - *from.kinetic) > 1e-6 * std::fmax(energy, *from.kinetic);
   };

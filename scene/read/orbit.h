@@ -13,10 +13,17 @@ struct OrbitScene {
   space::Environment environment;
   space::PointState<double> start;      ///< of the centre of mass
   std::string splitting = "lobatto4c";  ///< see space::split_schemes()
+  std::string epoch;                    ///< as stated; empty: none
   std::string where;                    ///< "file:line:column" of [orbit]
 };
 
 /// Reads [orbit] and [planet]; empty if there is neither. @throws InvalidArgument as read_scene()
 std::optional<OrbitScene> read_orbit(const Table& scene);
+
+struct StartFrom;
+
+/// Counts the time of an orbit from the record that a run goes on from.
+/// @throws InvalidArgument with file and line for an epoch that is not the first run's
+void go_on_in_orbit(const StartFrom& from, OrbitScene& orbit);
 
 }  // namespace porthos::scene

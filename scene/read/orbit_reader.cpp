@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "scene/read/orbit.h"
+#include "scene/read/start_from.h"
 #include "scene/read/toml_table-inl.h"
 #include "space/ephemeris.h"
 #include "space/split_scheme.h"
@@ -166,6 +167,7 @@ std::optional<OrbitScene> read_orbit(const Table& top) {
   o.where = t.where();
   o.start = start_of(t, o.environment.planet);
   forces(t, o.environment);
+  if (t.has("epoch")) o.epoch = t.text("epoch", "a date");
   if (t.has("splitting")) o.splitting = t.text("splitting", "the name of a splitting");
   try {
     space::split_scheme(o.splitting);
@@ -175,6 +177,19 @@ std::optional<OrbitScene> read_orbit(const Table& top) {
     refuse(o.where, e.what());
   }
   return o;
+}
+
+void go_on_in_orbit(const StartFrom& from, OrbitScene& o) {
+  if (from.epoch && *from.epoch != o.epoch) {
+    const auto named = [](const std::string& epoch) {
+      return epoch.empty() ? std::string("no epoch") : "epoch = \"" + epoch + "\"";
+    };
+    refuse(o.where,
+           fmt::format("[orbit] has {}, and the run in {} goes on from {}: expected that one, as "
+                       "the time since then is added",
+                       named(o.epoch), from.folder, named(*from.epoch)));
+  }
+  o.environment = space::counted_from(std::move(o.environment), from.elapsed);
 }
 
 }  // namespace porthos::scene

@@ -77,9 +77,7 @@ class Reader {
     s_.outputs = read_outputs(top);
     s_.stops = read_stops(top, s_.outputs);
     s_.orbit = read_orbit(top);
-    if (s_.orbit && s_.start_from)
-      s_.orbit->environment =
-          space::counted_from(std::move(s_.orbit->environment), s_.start_from->elapsed);
+    if (s_.orbit && s_.start_from) go_on_in_orbit(*s_.start_from, *s_.orbit);
     const Table method = top.section("integrator");
     read_integrator(method, s_);
     if (top.has("monitor")) read_monitor(top.section("monitor"), s_);

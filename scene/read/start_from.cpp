@@ -79,6 +79,10 @@ void read_record(const fs::path& path, const double* at, StartFrom& from) {
   if (const auto before = numbers.find("elapsed_s"); before != numbers.end())
     from.elapsed = before->second;
   from.elapsed += from.time;
+  const auto texts = file.texts("/");
+  if (const auto epoch = texts.find("epoch"); epoch != texts.end()) from.epoch = epoch->second;
+  if (const auto forces = texts.find("forces"); forces != texts.end())
+    from.forces = lines_of(forces->second);
   from.low_words =
       file.datasets().lower_bound("low_words/") != file.datasets().lower_bound("low_words0");
   read_group(file, "state/", "low_words/", k, from.state);

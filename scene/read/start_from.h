@@ -21,6 +21,10 @@ struct StartFrom {
   std::string where;   ///< "file:line:column"
   double time = 0;     ///< of the record [s]
   double elapsed = 0;  ///< up to then since the epoch of [orbit], over all runs before [s]
+  /// Of [orbit]: its epoch, empty if it has none, and what acts (space::forces_of). Empty: not in
+  /// orbit, or results of a version that did not say.
+  std::optional<std::string> epoch;
+  std::vector<std::string> forces;
   bool low_words = false;
   /// Of the blocks of the state, by their names in run.h5.
   std::map<std::string, Numbers> state, momentum;

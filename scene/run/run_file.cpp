@@ -1,6 +1,7 @@
 #include "scene/run/run_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -59,6 +60,12 @@ class RunFile {
     file_.attribute("/", "title", scene.title);
     file_.attribute("/", "method", scene.method);
     file_.attribute("/", "step_s", scene.step);
+    if (scene.orbit) {
+      file_.attribute("/", "epoch", scene.orbit->epoch);
+      file_.attribute(
+          "/", "forces",
+          fmt::format("{}", fmt::join(space::forces_of(scene.orbit->environment), "\n")));
+    }
     if (scene.orbit && scene.start_from)
       file_.attribute("/", "elapsed_s", scene.start_from->elapsed);
     if (scene.step_control != integrators::StepControl::fixed)

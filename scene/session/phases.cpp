@@ -8,6 +8,7 @@
 #include "scene/run/checkpoint.h"
 #include "scene/run/phase_sequence.h"
 #include "scene/session/report_reader.h"
+#include "scene/session/results.h"
 
 namespace porthos::scene {
 namespace {
@@ -15,8 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-fs::path phase_folder(const RunOptions& o, size_t k) {
-  return fs::path(o.out) / fmt::format("phase_{}", k + 1);
+fs::path phase_folder(const std::string& out, size_t k) {
+  return fs::path(out) / fmt::format("phase_{}", k + 1);
 }
 fs::path end_folder(const fs::path& phase) { return phase / "end"; }
 
@@ -34,22 +35,6 @@ Json json_of(const Happened& h, const std::optional<CentreOfMass>& centre) {
           {"largest_twist_jump", i.rate_jump}};
 }
 
-/// Refuses folders with an unfinished run; removes finished ones of an earlier run.
-void make_room(const RunOptions& o) {
-  const bool finished = fs::exists(fs::path(o.out) / "summary.json");
-  for (size_t k = 0; fs::exists(phase_folder(o, k)); ++k)
-    if (!finished && (has_checkpoint(phase_folder(o, k) / "checkpoint") ||
-                      has_checkpoint(end_folder(phase_folder(o, k)))))
-      throw InvalidArgument(
-          fmt::format("{} holds an unfinished run: use --resume (in Python resume=True) to "
-                      "continue it, or remove the folder",
-                      o.out));
-  std::error_code ignored;
-  for (size_t k = 0; fs::exists(phase_folder(o, k)); ++k)
-    fs::remove_all(phase_folder(o, k), ignored);
-  fs::remove(fs::path(o.out) / "summary.json", ignored);
-}
-
 /// The phases of a run, each in its folder.
 class PhaseFolders {
  public:
@@ -58,9 +43,12 @@ class PhaseFolders {
 
   RunReport run() {
     make_folder(options_.out);
-    if (!options_.resume) make_room(options_);
+    if (!options_.resume) {
+      refuse_unfinished(options_.out);
+      remove_results(options_.out);
+    }
     while (const Phase* p = phases_.next()) {
-      const fs::path folder = phase_folder(options_, size_t(phases_.count()));
+      const fs::path folder = phase_folder(options_.out, size_t(phases_.count()));
       const bool known = options_.resume && has_checkpoint(end_folder(folder));
       const RunReport r = known ? read(*p, folder) : run(*p, folder);
       try {
@@ -134,6 +122,21 @@ class PhaseFolders {
 };
 
 }  // namespace
+
+void refuse_unfinished(const std::string& out) {
+  const fs::path folder = fs::path(out) / "checkpoint";
+  bool unfinished =
+      has_checkpoint(folder) && read_checkpoint(folder).outcome == integrators::Outcome::ok;
+  const bool finished = fs::exists(fs::path(out) / "summary.json");
+  for (size_t k = 0; !finished && fs::exists(phase_folder(out, k)); ++k)
+    unfinished |= has_checkpoint(phase_folder(out, k) / "checkpoint") ||
+                  has_checkpoint(end_folder(phase_folder(out, k)));
+  if (unfinished)
+    throw InvalidArgument(
+        fmt::format("{} holds an unfinished run: use --resume (in Python resume=True) to continue "
+                    "it, or remove the folder",
+                    out));
+}
 
 RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOptions& options) {
   (void)rehearse(scene, assembly);

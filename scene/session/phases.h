@@ -12,4 +12,7 @@ namespace porthos::scene {
 /// @throws InvalidArgument as run(), and for an event that is not at a whole step inside the run
 RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOptions& options);
 
+/// @throws InvalidArgument for a folder with an unfinished run, of one phase or several
+void refuse_unfinished(const std::string& out);
+
 }  // namespace porthos::scene

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "scene/files/files.h"
@@ -10,15 +11,17 @@
 #include "scene/plot/panel_plot.h"
 #include "scene/plot/plot.h"
 #include "scene/plot/space_plot.h"
+#include "scene/run/checkpoint.h"
 #include "scene/run/columns.h"
 #include "scene/run/record_log.h"
 #include "scene/run/run_file.h"
 
 namespace porthos::scene {
+namespace fs = std::filesystem;
 namespace {
 
 std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& r,
-                 const std::filesystem::path& log) {
+                 const fs::path& log) {
   const RecordLayout layout(scene, assembly);
   const auto every = std::max(1.0, std::round(scene.record_every / scene.step));
   const bool fixed = scene.step_control == integrators::StepControl::fixed;
@@ -31,7 +34,7 @@ std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& 
 
 /// The ledger plot, with at most 750 records.
 std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport& r,
-                   const std::filesystem::path& log) {
+                   const fs::path& log) {
   const phs::Description& d = assembly.model->description();
   const RecordLayout layout(scene, assembly);
   LedgerSeries s;
@@ -58,7 +61,7 @@ std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport
 
 /// The motion, with at most 1500 records; empty: nothing of it is in the records.
 std::string motion(const Scene& scene, const Assembly& assembly, const RunReport& r,
-                   const std::filesystem::path& log) {
+                   const fs::path& log) {
   if (!assembly.mechanism) return "";
   const phs::Description& d = assembly.model->description();
   const RecordLayout layout(scene, assembly);
@@ -88,10 +91,10 @@ std::string motion(const Scene& scene, const Assembly& assembly, const RunReport
   return motion_plot(*assembly.mechanism, records, scene.title, plot_subtitle(r));
 }
 
-/// Writes pictures and summary, and puts them in place after the files written before.
-void write_with(const std::filesystem::path& folder, const Scene& scene, const Assembly& assembly,
-                const RunReport& report, const std::filesystem::path& log,
-                std::vector<std::filesystem::path> files) {
+/// Writes pictures and summary, and puts them in place after the files written before. Pictures
+/// that this run does not have are an earlier run's.
+void write_with(const fs::path& folder, const Scene& scene, const Assembly& assembly,
+                const RunReport& report, const fs::path& log, std::vector<fs::path> files) {
   const auto write = [&](const char* name, const std::string& text) {
     files.push_back(folder / name);
     write_aside(files.back(), text);
@@ -103,26 +106,43 @@ void write_with(const std::filesystem::path& folder, const Scene& scene, const A
   if (report.space) write("ledgers.svg", space_plot(report));
   write("summary.json", summary_json(scene, assembly, report, report.final_state));
   for (const auto& path : files) put_in_place(path);
+  std::error_code ignored;
+  for (const char* name : {"motion.svg", "panels.svg", "ledgers.svg"})
+    if (std::ranges::find(files, folder / name) == files.end()) fs::remove(folder / name, ignored);
 }
 
 }  // namespace
 
-void write_results(const std::filesystem::path& folder, const Scene& scene,
-                   const Assembly& assembly, const RunReport& report,
-                   const std::filesystem::path& log) {
+void remove_phases(const fs::path& folder) {
+  std::error_code ignored;
+  for (int k = 1; fs::exists(folder / fmt::format("phase_{}", k)); ++k)
+    fs::remove_all(folder / fmt::format("phase_{}", k), ignored);
+}
+
+void remove_results(const fs::path& folder) {
+  std::error_code ignored;
+  for (const char* name : {"end", "checkpoint"})
+    if (has_checkpoint(folder / name)) fs::remove_all(folder / name, ignored);
+  for (const char* name : {"summary.json", "report.html", "run.h5", "energy_error.svg",
+                           "ledger.svg", "motion.svg", "panels.svg", "ledgers.svg"})
+    fs::remove(folder / name, ignored);
+  remove_phases(folder);
+}
+
+void write_results(const fs::path& folder, const Scene& scene, const Assembly& assembly,
+                   const RunReport& report, const fs::path& log) {
   const auto series = folder / "run.h5";
   write_run_file(series, scene, assembly, report, log);
   write_with(folder, scene, assembly, report, log, {series});
+  remove_phases(folder);
 }
 
-void write_verdict(const std::filesystem::path& folder, const Scene& scene,
-                   const Assembly& assembly, const RunReport& report,
-                   const std::filesystem::path& log) {
+void write_verdict(const fs::path& folder, const Scene& scene, const Assembly& assembly,
+                   const RunReport& report, const fs::path& log) {
   write_with(folder, scene, assembly, report, log, {});
 }
 
-void require_finished(const std::filesystem::path& folder) {
-  namespace fs = std::filesystem;
+void require_finished(const fs::path& folder) {
   if (!fs::is_directory(folder))
     throw InvalidArgument(
         fmt::format("{} is no folder, expected one with the results of a run", folder.string()));

@@ -44,15 +44,6 @@ fs::path begun(const std::string& out) {
   return checkpoint_folder(out);
 }
 
-void refuse_unfinished(const std::string& out) {
-  const fs::path folder = checkpoint_folder(out);
-  if (has_checkpoint(folder) && read_checkpoint(folder).outcome == Outcome::ok)
-    throw InvalidArgument(
-        fmt::format("{} holds an unfinished run: use --resume (in Python resume=True) to continue "
-                    "it, or remove the folder",
-                    out));
-}
-
 /// A checkpoint that is sound and does not belong to the scene.
 struct OfAnotherRun : InvalidArgument {
   using InvalidArgument::InvalidArgument;

@@ -19,7 +19,8 @@ bool is_locked(const Scene& scene, const std::string& name);
 /// The numbers of a record of another run, by the blocks of this model.
 struct FromRecord {
   phs::State state;
-  std::vector<bool> known;  ///< of x: whether the record has it
+  std::vector<bool> known;             ///< of x: whether the record has it
+  std::vector<std::string> left_over;  ///< states of the record that this model does not have
 };
 /// @param mechanical  size of the mechanism's state, which must be there
 /// @throws InvalidArgument with file and line, naming the blocks that are missing
@@ -37,7 +38,8 @@ struct Start {
 Start taken_apart(const StartFrom& from, const mechanics::MechanismBuilder& parts);
 
 /// What is told of a start that is a record. own: its kinetic energy by this model, with and
-/// without the motion of the centre of mass [J]; in_orbit: the scene states an orbit.
-std::string note_of(const StartFrom& from, const std::array<double, 2>& own, bool in_orbit);
+/// without the motion of the centre of mass [J]; orbit: of the scene, or null.
+std::string note_of(const StartFrom& from, const FromRecord& record,
+                    const std::array<double, 2>& own, const OrbitScene* orbit);
 
 }  // namespace porthos::scene
