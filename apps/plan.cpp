@@ -25,10 +25,14 @@ std::string plan_text(const scene::PlanReport& r, const std::string& title,
                       "(docs/planning.md) may help\n",
                       out, to_string(p.status), r.obstacles.empty() ? "" : ": ",
                       fmt::join(r.obstacles, "; "));
-  return text + fmt::format(
-                    "replay      ends within {:.1e} of the plan: porthos verify {}\n"
-                    "results     {}/: plan.json, motion.csv, costates.csv, replay.toml\n",
-                    r.replay, r.replay_path, out);
+  return text +
+         fmt::format(
+             "replay      ends within {:.1e} of the plan, its energy balance closes to "
+             "{:.1e}{}: porthos verify {}\n"
+             "results     {}/: plan.json, motion.csv, costates.csv, replay.toml\n",
+             r.replay, r.replay_energy,
+             r.replay_energy > 1e-9 ? " (a shorter step or a higher order closes it better)" : "",
+             r.replay_path, out);
 }
 
 }  // namespace porthos::apps

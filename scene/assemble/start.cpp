@@ -158,15 +158,23 @@ std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
   try {
     const auto held = stated(scene, model.mechanism());
     const auto moved = mechanics::close_loops(model.mechanism(), *loops, s.q, s.v, held);
-    if (moved.moved < 1e-12 && moved.sped_up < 1e-12) return "";
+    const std::string stiff =
+        moved.rank < model.mechanism().nv()
+            ? ""
+            : fmt::format(
+                  "the constraints leave no freedom, {} independent rows for {} rates: "
+                  "nothing can move",
+                  moved.rank, model.mechanism().nv());
+    if (moved.moved < 1e-12 && moved.sped_up < 1e-12) return stiff;
     const std::string gap = moved.gap < 1e-12
                                 ? ""
                                 : fmt::format("the largest gap was {:.3g} m or rad, of '{}', ",
                                               moved.gap, moved.largest);
     return fmt::format(
-        "the start was moved onto the constraints: {}coordinates changed by up to {:.3g}, rates by "
-        "up to {:.3g}{}",
-        gap, moved.moved, moved.sped_up, moved_from_stated(scene, model.mechanism(), s.q));
+        "{}the start was moved onto the constraints: {}coordinates changed by up to {:.3g}, rates "
+        "by up to {:.3g}{}",
+        stiff.empty() ? "" : stiff + "; ", gap, moved.moved, moved.sped_up,
+        moved_from_stated(scene, model.mechanism(), s.q));
   } catch (const InvalidArgument& e) {
     throw scene.constraints.placed(e);
   }

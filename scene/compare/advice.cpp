@@ -6,6 +6,8 @@
 #include <cmath>
 #include <optional>
 
+#include "scene/run/verdict.h"
+
 namespace porthos::scene {
 namespace {
 
@@ -92,7 +94,7 @@ struct Smallest {
 Smallest smallest(const Comparison& c, bool rivals) {
   Smallest s;
   for (const auto& m : c.methods)
-    if (m.method.rival == rivals && c.speaks_of(m.method))
+    if (m.method.rival == rivals && c.speaks_of(m))
       for (const Trial& t : m.trials)
         if (c.error_of(t) < s.error) s = {&t, c.error_of(t)};
   return s;
@@ -148,13 +150,20 @@ std::string sentence(const Comparison& c, const Advice& a) {
 
 }  // namespace
 
+bool Comparison::contradicted(const MethodTrials& m) {
+  return m.method.energy_exact == integrators::Claim::holds &&
+         std::ranges::any_of(m.trials, [](const Trial& t) {
+           return t.complete() && contradicts_exact_energy(t.report);
+         });
+}
+
 bool drifts(const EnergyReport& e) { return e.drift_is_significant && e.growth_exponent > 0.75; }
 
 Advice advise(const Comparison& c, double target) {
   Advice a;
   a.target = target;
   for (const auto& m : c.methods)
-    if (const auto r = c.speaks_of(m.method) ? reach(c, m, target) : std::nullopt)
+    if (const auto r = c.speaks_of(m) ? reach(c, m, target) : std::nullopt)
       a.reaching.push_back(*r);
   std::stable_sort(a.reaching.begin(), a.reaching.end(),
                    [](const Reach& x, const Reach& y) { return x.cpu_s < y.cpu_s; });

@@ -61,10 +61,12 @@ struct Comparison {
   bool interrupted = false;
 
   /// Whether the error says how accurate the method is. The energy error of an energy-exact method
-  /// does not.
-  bool speaks_of(const integrators::Declaration& method) const {
-    return !by_energy || method.energy_exact != integrators::Claim::holds;
+  /// does not, unless its trials contradict that.
+  bool speaks_of(const MethodTrials& m) const {
+    return !by_energy || m.method.energy_exact != integrators::Claim::holds || contradicted(m);
   }
+  /// Whether a method is declared to keep the energy, and a trial of it does not.
+  static bool contradicted(const MethodTrials& m);
   /// The error that is compared; NaN if a trial has none. One of the trajectory is never less than
   /// that of the reference.
   double error_of(const Trial& t) const;

@@ -223,12 +223,16 @@ std::string comparison_table(const Scene& scene, const Comparison& c) {
       if (chosen(m)) add_to_list(names, m.label());
     return names;
   };
-  const std::string exact = names_of([&](const auto& m) { return !c.speaks_of(m.method); });
+  const std::string exact = names_of([&](const auto& m) { return !c.speaks_of(m); });
   if (!exact.empty())
     text += fmt::format(
         "note     not in the advice, since any step keeps their energy (judge them by the "
         "trajectory): {}\n",
         exact);
+  if (const auto not_believed = names_of(Comparison::contradicted); !not_believed.empty())
+    text += fmt::format(
+        "note     declared to keep the energy with any step, and these trials do not: {}\n",
+        not_believed);
   if (!names_of([](const auto& m) { return m.short_sweeps; }).empty())
     text +=
         "note     \"short\": sweeps stopped at the error of the run above with the same step "

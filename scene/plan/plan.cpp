@@ -9,6 +9,7 @@
 #include "scene/files/files.h"
 #include "scene/plan/obstacles.h"
 #include "scene/plan/replay_scene.h"
+#include "scene/run/watched_run.h"
 
 namespace porthos::scene {
 namespace {
@@ -98,20 +99,21 @@ Json plan_json(const PlanReport& r, const PlanProblem& made) {
           {"history", history}};
 }
 
-/// Runs the replay and compares its end.
-double replay_distance(const std::string& path, const std::vector<double>& x, int intervals) {
-  const Scene scene = read_scene(path);
+/// Runs the replay, compares its end with that of the plan, and measures its energy balance.
+void replay(PlanReport& r) {
+  const Scene scene = read_scene(r.replay_path);
   const Assembly a = assemble(scene);
-  const auto method = make_integrator(a, scene.method, scene.step);
-  phs::State state = a.initial;
-  for (int k = 0; k < intervals; ++k)
-    if (method->step(state) != integrators::Outcome::ok) return NAN;
-  const auto reached = phs::with_turns(a.model->description(), state);
-  double off = 0;
+  WatchedRun run(scene, a, {}, {});
+  for (run.begin(); run.goes_on();) run.step();
+  const RunReport report = run.report();
+  if (report.outcome != integrators::Outcome::ok) return;
+  const auto reached = phs::with_turns(a.model->description(), report.final_state);
+  const auto& x = r.plan.motion.x;
   const double* end = x.data() + x.size() - reached.size();
+  r.replay = 0;
+  r.replay_energy = report.energy.max_rel_error;
   for (size_t i = 0; i < reached.size(); ++i)
-    off = std::max(off, std::fabs(reached[i] - end[i]) / (1 + std::fabs(end[i])));
-  return off;
+    r.replay = std::max(r.replay, std::fabs(reached[i] - end[i]) / (1 + std::fabs(end[i])));
 }
 
 }  // namespace
@@ -144,7 +146,7 @@ PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string&
       write_file(folder / name, content);
     }
     write_file(r.replay_path, replay_scene(scene, made, r.plan.motion));
-    r.replay = replay_distance(r.replay_path, r.plan.motion.x, made.problem.intervals);
+    replay(r);
   } else {  // no replay of an earlier plan stays
     std::error_code ignored;
     std::filesystem::remove(folder / "replay.toml", ignored);

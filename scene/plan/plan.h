@@ -16,6 +16,7 @@ struct PlanReport {
   /// Largest distance of the end of the replayed run from the planned end, over the state numbers,
   /// each relative to 1 + its size; NaN if the replay failed.
   double replay = 0;
+  double replay_energy = 0;            ///< largest error of its energy balance, relative
   std::vector<std::string> obstacles;  ///< without a plan: what may be in its way
   std::string replay_path;             ///< of the scene that repeats the plan; empty without a plan
 };

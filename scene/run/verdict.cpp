@@ -14,13 +14,16 @@ using integrators::Outcome;
 using Limit = std::optional<double>;
 
 /// The quantities a method keeps with any step: a check of these cannot detect a step that is too
-/// long.
+/// long. A claim on the energy that the run contradicts is not believed.
 struct Kept {
-  bool energy, quadratic;
+  bool energy, quadratic, contradicted;
   Kept(const Declaration& d, const Scene& scene, const RunReport& r)
-      : energy(d.passivity_exact == Claim::holds || (scene.monitor && scene.monitor->project) ||
+      : energy(d.passivity_exact == Claim::holds ||
                (d.energy_exact == Claim::holds && r.ports.empty() && r.losses.empty())),
-        quadratic(d.quadratic_invariants == Claim::holds) {}
+        quadratic(d.quadratic_invariants == Claim::holds),
+        contradicted(energy && contradicts_exact_energy(r)) {
+    energy = (energy && !contradicted) || (scene.monitor && scene.monitor->project);
+  }
 };
 
 class Judge {
@@ -38,6 +41,11 @@ class Judge {
       r_.checks.push_back({"outcome", double(static_cast<int>(r_.outcome)), 0, false});
       r_.notes.push_back(fmt::format("the run ended at t = {} s: {}", r_.simulated_s, ending(r_)));
     }
+    if (kept_.contradicted && r_.outcome == Outcome::ok)
+      r_.notes.push_back(
+          fmt::format("{} is declared to keep the energy with any step, and its error is {:.2g}: "
+                      "the declaration is not believed",
+                      method_.name, r_.energy.max_rel_error));
     check("energy", limits_.energy, r_.energy.max_rel_error, !kept_.energy);
     momenta();
     if (meter_.has_rotations())
@@ -165,6 +173,8 @@ class Judge {
 };
 
 }  // namespace
+
+bool contradicts_exact_energy(const RunReport& r) { return !(r.energy.max_rel_error < 1e-8); }
 
 bool Limits::any() const {
   for (const auto& limit : {energy, linear_momentum, angular_momentum, quaternion_norm, balance,

@@ -24,4 +24,8 @@ void judge_beside(RunReport& report, const Scene& scene, const Assembly& assembl
 /// Why a run ended early, and what may help.
 std::string ending(const RunReport& report);
 
+/// Whether the energy error of a run, 1e-8 or more, contradicts a method's claim to keep the energy
+/// with any step.
+bool contradicts_exact_energy(const RunReport& report);
+
 }  // namespace porthos::scene

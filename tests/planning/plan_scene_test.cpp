@@ -77,6 +77,7 @@ TEST_F(PlanScene, WritesASceneThatReplays) {
   options.check_symmetry = true;
   const auto run = scene::run(replay, scene::assemble(replay), options);
   EXPECT_EQ(run.verdict(), scene::Verdict::pass);
+  EXPECT_DOUBLE_EQ(run.energy.max_rel_error, r.replay_energy);
 }
 
 /// An override of the command line is in the replay too.

@@ -59,6 +59,18 @@ def test_a_scene_verified_compared_and_resumed(source, tmp_path):
         assert np.array_equal(whole[name][-1], parts[name][-1]), name
 
 
+def test_a_claim_that_the_trials_contradict_is_not_believed(source, tmp_path):
+    ph.add_method("own_liar", rk4, order=4, symmetric=True, symplectic=True, energy_exact=True)
+    scene = ph.Scene(source / "examples/double_pendulum/scene.toml", method="own_liar", step=0.02, duration=2)
+    note = "own_liar is declared to keep the energy with any step, and its error is "
+    assert any(n.startswith(note) for n in scene.run(out=tmp_path / "run").notes)
+    text = str(ph.compare(source / "examples/double_pendulum/scene.toml", methods=["own_liar"], duration=2, budget=2))
+    assert "declared to keep the energy with any step, and these trials do not: own_liar" in text
+    assert "not in the advice" not in text
+    honest = ph.Scene(source / "examples/double_pendulum/scene.toml", method="own_rk4", step=0.02, duration=2)
+    assert not any("declared" in n for n in honest.run(out=tmp_path / "honest").notes)
+
+
 def test_faults_of_a_method(source, tmp_path):
     def run(step, name="own_faulty"):
         ph.add_method(name, step, order=1)  # replaces the one before

@@ -279,6 +279,24 @@ TEST(Loops, TheStartIsMovedWithANote) {
   EXPECT_FALSE(says(a.notes.back().text, "is stated"));
 }
 
+/// Two couplings of two joints hold both. Control: one of them.
+TEST(Loops, ConstraintsThatLeaveNoFreedomAreTold) {
+  const auto told = [](const std::string& couplings) {
+    TemporaryFolder folder;
+    write_bytes(folder / "arm.urdf", arm_urdf());
+    write_bytes(folder / "scene.toml", "[model]\nurdf = 'arm.urdf'\nbase = 'fixed'\n" + couplings +
+                                           "[integrator]\nmethod = 'spark8'\nstep = 0.01\n"
+                                           "[run]\nduration = 1\n");
+    const auto s = scene::read_scene((folder / "scene.toml").string());
+    return scene::start_of(s, scene::assemble(s)).note;
+  };
+  const std::string one = "[[coupling]]\nname = 'one'\nfactors = { shoulder = 1, elbow = 1 }\n",
+                    two = "[[coupling]]\nname = 'two'\nfactors = { shoulder = 2, elbow = 1 }\n";
+  EXPECT_EQ(told(one + two),
+            "the constraints leave no freedom, 2 independent rows for 2 rates: nothing can move");
+  EXPECT_EQ(told(one), "");
+}
+
 /// A crank and a guess of the rocker that no pin closes: both move, and the note says so.
 TEST(Loops, AStatedStartThatMovesIsNamed) {
   TemporaryFolder folder;
