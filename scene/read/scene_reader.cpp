@@ -65,6 +65,7 @@ class Reader {
     s_.events = read_events(top);
     if (s_.start_from) {
       const auto carried = carried_events(*s_.start_from);
+      if (file_.of_results) leave_out(s_.events, carried);
       s_.events.insert(s_.events.begin(), carried.begin(), carried.end());
     }
     s_.actuators = read_actuators(top);

@@ -145,6 +145,14 @@ std::vector<Event> carried_events(const StartFrom& from) {
   return list;
 }
 
+void leave_out(std::vector<Event>& events, const std::vector<Event>& carried) {
+  std::erase_if(events, [&](const Event& e) {
+    return std::ranges::any_of(carried, [&](const Event& c) {
+      return c.type == e.type && c.name == e.name && c.latch.link == e.latch.link;
+    });
+  });
+}
+
 std::string text(const StartFrom& from) {
   std::string all = fmt::format("{} {:a}\n", from.folder, from.time);
   for (const auto* group : {&from.state, &from.momentum})

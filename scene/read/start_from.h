@@ -43,6 +43,10 @@ StartFrom read_start_from(const Table& initial, const std::string& beside);
 /// The captures and locks that hold at the start, as events.
 std::vector<Event> carried_events(const StartFrom& from);
 
+/// Of results that are read again: leaves out the events of the scene that happened at its start,
+/// and are carried in the first record of the run itself.
+void leave_out(std::vector<Event>& events, const std::vector<Event>& carried);
+
 /// All of it as text, for digests.
 std::string text(const StartFrom& from);
 

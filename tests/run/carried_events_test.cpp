@@ -130,6 +130,21 @@ TEST(CarriedEvents, InOrbitInMemoryAndResumed) {
   EXPECT_EQ(r.final_state.x, scene::run_in_memory(s, a, {}).final_state.x);
 }
 
+/// A capture that waits and holds at the first instant is in the first record: read again, the
+/// results have it once.
+TEST(CarriedEvents, ResultsWhoseEventHappenedAtTheirStartAreReadAgain) {
+  TemporaryFolder folder;
+  run_into(scene_of(folder, first, 0.2), folder / "first");
+  const std::string caught =
+      "[[event]]\ntype = \"capture\"\nbody = \"tug\"\nlink = \"lower\"\nreach = 9\n"
+      "when = \"within_reach\"\n";
+  const auto r = run_into(scene_of(folder, leg("first") + caught, 0.1), folder / "second");
+  EXPECT_EQ(r.phases, 1);
+  const auto moved = scene::moved_in(folder / "second");
+  ASSERT_EQ(moved.mechanisms.size(), 1U);
+  EXPECT_EQ(moved.mechanisms[0]->nv(), 6 + 2 + 6 + 1);  // the tug has no freedom of its own
+}
+
 TEST(CarriedEvents, WhatCannotGoOnIsSaid) {
   TemporaryFolder folder;
   run_into(scene_of(folder, first + joining, 1.5), folder / "first");
