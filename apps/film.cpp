@@ -52,7 +52,7 @@ int film_command(const Arguments& a) {
   o.to = number_of("to", a.to, "a number of seconds");
   o.rate = number_of("speed", a.speed, "a number of simulated seconds per second");
   if (a.camera) o.camera = *a.camera;
-  o.ride = a.follow.value_or(a.trail ? "world" : "place");  // a whole path is one in space
+  o.ride = a.follow.value_or("");
   o.orbit = a.orbit;
   o.arrows = a.arrows;
   o.dark = a.dark;

@@ -163,7 +163,8 @@ void add_film(CLI::App& app, Arguments& a) {
   film->add_option("--camera", a.camera, "from the side and above, or along an axis [iso]")
       ->check(CLI::IsMember({"iso", "x", "y", "z"}));
   film->add_option("--follow", a.follow,
-                   "the base's place, the base, or the world [place; with --trail the world]")
+                   "the base's place, the base, or the world [place; with --trail, and where "
+                   "contacts touch the world, the world]")
       ->check(CLI::IsMember({"place", "base", "world"}));
   film->add_flag("--orbit", a.orbit, "planet and orbit in place of the mechanism");
   film->add_flag("--arrows", a.arrows, "of momenta, and of forces that outputs record");

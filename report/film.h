@@ -15,12 +15,14 @@ struct FilmOptions {
   std::optional<double> rate;      ///< simulated seconds per second; none: the whole in 20 s
   int fps = 30;                    ///< pictures per second
   std::string camera = "iso";      ///< iso, x, y, z
-  std::string ride = "place";      ///< what the camera follows: place, base, world
-  bool orbit = false;              ///< the planet and the orbit in place of the mechanism
-  bool arrows = false;             ///< of momenta and forces
-  bool dark = false;               ///< the dark theme
-  bool trail = false;              ///< of ends of arms, from the beginning on; else a short one
-  bool text = true;                ///< the time in a corner
+  /// What the camera follows: place, base, world. Empty: the world with a trail and where contacts
+  /// touch the world, else the base's place.
+  std::string ride;
+  bool orbit = false;   ///< the planet and the orbit in place of the mechanism
+  bool arrows = false;  ///< of momenta and forces
+  bool dark = false;    ///< the dark theme
+  bool trail = false;   ///< of ends of arms, from the beginning on; else a short one
+  bool text = true;     ///< the time in a corner
   const std::atomic<bool>* stop = nullptr;         ///< true: give up
   std::function<void(double done)> progress = {};  ///< the share of the film, 0 to 1
 };

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -32,6 +33,10 @@ Json ellipse_of(const space::ThirdBody& b) {
     v = (0.5 / day) * (b.ephemeris->position(day) - b.ephemeris->position(-day));
   }
   return {{"mu", b.total_mu}, {"state", {r.x, r.y, r.z, v.x, v.y, v.z}}};
+}
+
+void add_once(std::vector<contact::Shape>& to, const contact::Shape& shape) {
+  if (std::ranges::find(to, shape) == to.end()) to.push_back(shape);
 }
 
 /// The content of one results folder, as far as it can be read. Unreadable parts are named under
@@ -130,11 +135,16 @@ class Gathered {
     stage_.mechanism = assembly_->mechanism;
     stage_.bodies = assembly_->parts.bodies();
     stage_.urdf = scene_->urdf_text;
-    for (const scene::SceneContact& c : scene_->contacts)
-      for (const auto& [links, shape] :
-           {std::pair{&c.links, &c.shape}, {&c.against, &c.against_shape}})
-        for (const std::string& link : *links)
-          if (*shape) stage_.touching.emplace(link, **shape);
+    for (const scene::SceneContact& c : scene_->contacts) {
+      for (const std::string& link : c.links)
+        if (c.shape) add_once(stage_.touching[link], *c.shape);
+      for (const std::string& link : c.against)
+        if (link == "world")
+          add_once(stage_.world,
+                   c.against_shape.value_or(contact::Shape{.kind = contact::Kind::plane}));
+        else if (c.against_shape)
+          add_once(stage_.touching[link], *c.against_shape);
+    }
     stage_.springs = scene::springs_of(*scene_);
     stage_.gravity = scene_->urdf.gravity;
     for (const auto& o : scene_->outputs)
@@ -178,7 +188,7 @@ class Gathered {
     std::optional<mechanics::MovingMechanism> moving;
     double from = 0;
     for (int k = 0; k < count; ++k)
-      attempt("run.h5 of a phase is damaged", [&] {
+      attempt("a phase of the run cannot be shown", [&] {
         const fs::path folder = folder_ / fmt::format("phase_{}", k + 1);
         const auto r = open_run_file(folder / "run.h5");
         if (k == 0) {

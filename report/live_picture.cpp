@@ -38,9 +38,11 @@ std::vector<std::uint8_t> LivePicture::picture(std::span<const double> q) {
   require_size("q", q.size(), size_t(m->nq()));
   mechanics::forward_kinematics<double>(*m, w, q, pose);
   std::vector<float> poses;
-  add_poses(pose, origin_of(*m, pose), poses);
+  const mechanics::Vec3d o = origin_of(*m, pose);
+  add_poses(pose, o, poses);
   const std::string bytes = bytes_of_base64(
-      page->value(fmt::format("porthos.pixels(porthos.stage, {})", nlohmann::json(poses).dump())));
+      page->value(fmt::format("porthos.pixels(porthos.stage, {}, {})", nlohmann::json(poses).dump(),
+                              nlohmann::json{o.x, o.y, o.z}.dump())));
   if (bytes.size() != expected)
     throw IoError(fmt::format("the browser gave {} bytes for a picture, expected {}", bytes.size(),
                               expected));

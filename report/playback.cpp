@@ -200,7 +200,10 @@ Json playback(const Stage& stage, std::int64_t most) {
   clips.push_back(Clip(stage, evenly(records, all ? most : most / 2)).json("whole run"));
   if (!all) clips.push_back(Clip(stage, evenly(most / 2, most / 2)).json("beginning"));
   const auto& g = stage.gravity;
+  Json world = Json::array();
+  for (const auto& s : stage.world) world.push_back(drawn(s));
   return {{"bodies", bodies},
+          {"world", world},
           {"nodes", m.nodes().size()},
           {"gravity", {g.x, g.y, g.z}},
           {"clips", clips}};

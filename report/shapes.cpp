@@ -102,18 +102,26 @@ Json visual_of(const XMLElement& v, const std::map<std::string, Json>& materials
   return j;
 }
 
-/// The shape of a contact, likewise; null for a plane.
-Json drawn(const contact::Shape& s) {
-  if (s.kind == contact::Kind::plane) return nullptr;
-  Json size = {s.radius};
-  if (s.kind == contact::Kind::box)
-    size = place(2.0 * s.half);
-  else if (s.kind != contact::Kind::sphere)
-    size.push_back(2 * s.half_length);
-  return {{"kind", contact::to_string(s.kind)},
-          {"size", size},
-          {"p", place(s.pose.r)},
-          {"q", quaternion_of(s.pose.R)}};
+/// Whether a contact's shape stands for the body: it holds the middle half of the body's box.
+bool stands_for(const contact::Shape& s, const Json& box, const Vec3d& com) {
+  if (box.is_null()) return false;
+  const auto side = box["size"].get<std::vector<double>>();
+  const Vec3d half{side[0] / 2, side[1] / 2, side[2] / 2};
+  return norm(s.pose.r - com) + 0.5 * norm(half) <= s.reach();
+}
+
+/// The shapes of contacts of a body that are not drawn yet; its box goes where one stands for it.
+void add_contacts(const std::vector<contact::Shape>& shapes, const Vec3d& com, Json& body) {
+  for (const contact::Shape& s : shapes) {
+    if (s.kind == contact::Kind::plane) continue;
+    Json shape = drawn(s);
+    const bool there = std::ranges::any_of(body["visuals"], [&](const Json& v) {
+      return std::ranges::all_of(shape.items(),
+                                 [&](const auto& i) { return v[i.key()] == i.value(); });
+    });
+    if (!there) body["contacts"].push_back(shape);
+    if (stands_for(s, body["box"], com)) body["box"] = nullptr;
+  }
 }
 
 /// By link.
@@ -142,20 +150,34 @@ std::map<std::string, Json> visuals_of(const std::string& urdf, MeshShelf& meshe
 
 }  // namespace
 
+Json drawn(const contact::Shape& s) {
+  Json size = Json::array();
+  if (s.kind == contact::Kind::box)
+    size = place(2.0 * s.half);
+  else if (s.kind != contact::Kind::plane)
+    size.push_back(s.radius);
+  if (s.kind == contact::Kind::capsule || s.kind == contact::Kind::cylinder)
+    size.push_back(2 * s.half_length);
+  return {{"kind", contact::to_string(s.kind)},
+          {"size", size},
+          {"p", place(s.pose.r)},
+          {"q", quaternion_of(s.pose.R)}};
+}
+
 Json shapes_of(const std::vector<mechanics::BodySpec>& bodies, const std::string& urdf,
-               const std::map<std::string, contact::Shape>& touching, MeshShelf& meshes) {
+               const std::map<std::string, std::vector<contact::Shape>>& touching,
+               MeshShelf& meshes) {
   const auto visuals = visuals_of(urdf, meshes);
   Json list = Json::array();
   std::map<std::string, size_t> at;
   for (const auto& b : bodies) {
     at[b.name] = list.size();
-    Json j = {{"name", b.name},           {"parent", b.parent},       {"joint", b.joint.type},
-              {"mass", b.mass.mass},      {"com", place(b.mass.com)}, {"box", box_of(b.mass)},
-              {"visuals", Json::array()}, {"joints", Json::array()}};
-    if (const auto v = visuals.find(b.name); v != visuals.end())
-      j["visuals"] = v->second;
-    else if (const auto s = touching.find(b.name); s != touching.end())
-      if (auto shape = drawn(s->second); !shape.is_null()) j["visuals"].push_back(shape);
+    Json j = {{"name", b.name},           {"parent", b.parent},        {"joint", b.joint.type},
+              {"mass", b.mass.mass},      {"com", place(b.mass.com)},  {"box", box_of(b.mass)},
+              {"visuals", Json::array()}, {"contacts", Json::array()}, {"joints", Json::array()}};
+    if (const auto v = visuals.find(b.name); v != visuals.end()) j["visuals"] = v->second;
+    if (const auto s = touching.find(b.name); s != touching.end())
+      add_contacts(s->second, b.mass.com, j);
     list.push_back(j);
   }
   for (const auto& b : bodies)

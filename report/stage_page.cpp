@@ -29,7 +29,7 @@ void check(const FilmOptions& o) {
             fmt::format("{} is '{}', expected one of {}", what, word, list));
   };
   one_of("camera", o.camera, {"iso", "x", "y", "z"});
-  one_of("follow", o.ride, {"place", "base", "world"});
+  if (!o.ride.empty()) one_of("follow", o.ride, {"place", "base", "world"});
   require(!o.rate || *o.rate > 0,
           fmt::format("speed is {}, expected simulated seconds per second above 0",
                       o.rate.value_or(0)));
@@ -49,6 +49,11 @@ void wait_for_stage(BrowserPage& page, const std::filesystem::path& report) {
     if (state == "\"none\"" && i > 20) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
+  const std::string why = nlohmann::json::parse(
+      page.value("window.porthos?.data?.acts.length === 0 ? porthos.data.missing.join('; ') : "
+                 "document.querySelector('#playback .stage > .soft')?.textContent || ''"));
+  if (!why.empty())
+    throw InvalidArgument(fmt::format("{} has no playback: {}", report.string(), why));
   const std::string kind = page.value("window.porthos?.data?.kind || ''");
   const bool ensemble = kind == R"("ensemble")",
              other = kind == R"("comparison")" || kind == R"("identification")";
@@ -70,15 +75,19 @@ std::unique_ptr<BrowserPage> open_stage(const std::filesystem::path& report, con
         "the buttons of the report make the same films");
   auto page = std::make_unique<BrowserPage>(browser, report, "still", o.width, o.height, o.stop);
   wait_for_stage(*page, report);
-  page->value(fmt::format(
-      "document.documentElement.dataset.theme = {}; porthos.stage.theme(); porthos.stage.rate = "
-      "(porthos.stage.last - porthos.stage.first) / 20; porthos.stage.set('view', {}); "
-      "porthos.stage.set('ride', {}); porthos.stage.set('arrows', {}); porthos.stage.options.whole "
-      "= {}; "
-      "porthos.stage.silent = {}; porthos.stage.look({}); 0",
-      nlohmann::json(o.dark ? "dark" : "light").dump(),
-      nlohmann::json(o.orbit ? "orbit" : "mechanism").dump(), nlohmann::json(o.ride).dump(),
-      o.arrows, o.trail, !o.text, nlohmann::json(o.camera).dump()));
+  const std::string ride = !o.ride.empty() ? nlohmann::json(o.ride).dump()
+                           : o.trail       ? "'world'"
+                                           : "porthos.stage.usual || 'place'";
+  page->value(
+      fmt::format("document.documentElement.dataset.theme = {}; porthos.stage.theme(); "
+                  "porthos.stage.choose(0); "
+                  "porthos.stage.rate = (porthos.stage.last - porthos.stage.first) / 20; "
+                  "porthos.stage.set('view', {}); porthos.stage.set('ride', {}); "
+                  "porthos.stage.set('arrows', {}); porthos.stage.options.whole = {}; "
+                  "porthos.stage.silent = {}; porthos.stage.look({}); 0",
+                  nlohmann::json(o.dark ? "dark" : "light").dump(),
+                  nlohmann::json(o.orbit ? "orbit" : "mechanism").dump(), ride, o.arrows, o.trail,
+                  !o.text, nlohmann::json(o.camera).dump()));
   return page;
 }
 

@@ -16,7 +16,8 @@ struct Stage {
   std::shared_ptr<const mechanics::Mechanism> mechanism;
   std::vector<mechanics::BodySpec> bodies;  ///< its bodies as built
   std::string urdf;
-  std::map<std::string, contact::Shape> touching;  ///< shapes that contacts state, by link
+  std::map<std::string, std::vector<contact::Shape>> touching;  ///< that contacts state, by link
+  std::vector<contact::Shape> world;  ///< shapes of the world that contacts touch
   std::vector<std::pair<std::string, std::string>> wrenches;  ///< outputs joint_wrench: name, joint
   std::vector<scene::Spring> springs;                         ///< of actuators
   mechanics::Vec3d gravity{0, 0, 0};  ///< of the scene, whether or not the mechanism feels it
@@ -39,11 +40,12 @@ Json motion(const Stage& stage, std::int64_t most);
 
 /// Poses of the moving bodies at no more than `most` records, equally far apart: whole run, and
 /// where records were left out also its beginning, record by record. {bodies: shapes with node and
-/// pose, nodes, clips: [{name, t, origin, poses, orbit?, turn, momenta?, forces}]}: origin [m] of
-/// each frame and, relative to it, seven numbers per node (place, quaternion w x y z); turn: the
-/// largest rotation of a body between two frames [rad]; momenta: nine numbers per frame (centre of
-/// mass relative to the origin, momentum, angular momentum about that centre, world axes); forces:
-/// [{body, v}], what a joint exerts on the body, in its axes [N].
+/// pose, world: [{kind, size, p, q}] that contacts touch, nodes, clips: [{name, t, origin, poses,
+/// orbit?, turn, momenta?, forces}]}: origin [m] of each frame and, relative to it, seven numbers
+/// per node (place, quaternion w x y z); turn: the largest rotation of a body between two frames
+/// [rad]; momenta: nine numbers per frame (centre of mass relative to the origin, momentum, angular
+/// momentum about that centre, world axes); forces: [{body, v}], what a joint exerts on the body,
+/// in its axes [N].
 Json playback(const Stage& stage, std::int64_t most);
 
 }  // namespace porthos::report

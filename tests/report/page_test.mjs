@@ -344,6 +344,7 @@ console.log("playback");
   refusal(2, "expected a name that ends with .mp4", film(out("capture"), "--out", out("reel.gif")));
   refusal(2, "has no playback, expected the report of a run", film(out("compare")));
   refusal(2, "expected the report of a run: porthos run SCENE --case N", film(out("many")));
+  refusal(2, "has no playback: run.h5 is damaged: ", film(join(out("damaged"), "report.html")));
   refusal(2, "the film begins at 1e+09 s, expected a time of the run, 0 to ", film(out("capture"), "--from", "1e9", "--to", "2e9"));
   refusal(2, "the run is not in orbit", film(out("capture"), "--orbit"));
   refusal(2, "is no report of Porthos, expected a results folder", film(join(out("capture"), "summary.json")));

@@ -1,5 +1,6 @@
 #include "report/report.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -76,8 +77,8 @@ TEST_F(Report, OfAFinishedRun) {
             std::string::npos);
 }
 
-/// Bodies without a <visual> have the shape of their contact, and places count from the world where
-/// a link stands in it. Control: in a scene without one they count from the base.
+/// Places count from the world where a link stands in it. Control: in a scene without one they
+/// count from the base.
 TEST_F(Report, DrawsWhatTouchesWhereItIs) {
   const auto playback_of = [&](const std::string& example) {
     auto s = scene::read_scene(fs::path(PORTHOS_SOURCE_DIR) / "examples" / example / "scene.toml");
@@ -93,12 +94,67 @@ TEST_F(Report, DrawsWhatTouchesWhereItIs) {
   };
   const Json box = playback_of("box_of_balls"), pile = playback_of("pile");
   std::map<std::string, Json> drawn;
-  for (const Json& b : box["bodies"]) drawn[b["name"]] = b["visuals"];
-  EXPECT_EQ(drawn["box"].size(), 5u);
-  EXPECT_EQ(drawn["b07"][0]["kind"], "sphere");
-  EXPECT_EQ(drawn["b07"][0]["size"], Json({0.1}));
+  for (const Json& b : box["bodies"]) drawn[b["name"]] = b;
+  EXPECT_EQ(drawn["box"]["visuals"].size(), 5u);
+  const Json& ball = drawn["b07"];
+  ASSERT_EQ(ball["contacts"].size(), 1u);
+  EXPECT_EQ(ball["contacts"][0]["kind"], "sphere");
+  EXPECT_EQ(ball["contacts"][0]["size"], Json({0.1}));
+  EXPECT_TRUE(ball["box"].is_null()) << "the sphere stands for the whole ball";
+  EXPECT_TRUE(box["world"].empty());
+  EXPECT_EQ(pile["world"][0]["kind"], "plane");
   EXPECT_TRUE(counts_from_world(box));
   EXPECT_FALSE(counts_from_world(pile));
+}
+
+/// Every contact's shape of a link is drawn beside the box or the <visual>s it has without
+/// contacts, and every shape of the world, each once. Control: without contacts there are none.
+TEST_F(Report, DrawsEveryShapeOfContacts) {
+  const std::string scene = scene::read_file(folder_ / "scene.toml");
+  const auto playback_with = [&](const char* name, const std::string& contacts) {
+    std::ofstream(folder_ / name) << scene + contacts;
+    auto s = scene::read_scene(folder_ / name);
+    scene::apply(s, {.duration = 0.1});
+    scene::RunOptions options;
+    options.out = (folder_ / "contacts").string();
+    scene::run(s, scene::assemble(s), options);
+    return Json::parse(report_json(options.out))["phases"][0]["playback"];
+  };
+  std::string contacts = R"(
+[[contact]]
+name = "shaft"
+links = ["rod"]
+shape = { kind = "cylinder", radius = 0.06, length = 1, at = [0, 0, -0.5] }
+against_shape = { kind = "sphere", radius = 3, at = [20, 0, 0] }
+law = "power"
+stiffness = 1e3
+)";
+  for (const int foot : {0, 1, 2})
+    contacts += fmt::format(R"(
+[[contact]]
+name = "foot_{}"
+links = ["base"]
+shape = {{ kind = "sphere", radius = 0.1, at = [{}, 1, -2] }}
+against_shape = {{ kind = "plane", at = [0, 0, -9] }}
+law = "power"
+stiffness = 1e3
+)",
+                            foot, foot);
+  const Json with = playback_with("with.toml", contacts), none = playback_with("none.toml", "");
+  const Json &base = with["bodies"][0], &rod = with["bodies"][1];
+  ASSERT_EQ(base["contacts"].size(), 3u);
+  EXPECT_EQ(base["contacts"][2]["p"], Json({2.0, 1.0, -2.0}));
+  EXPECT_FALSE(base["box"].is_null());
+  ASSERT_EQ(rod["contacts"].size(), 1u);
+  EXPECT_EQ(rod["contacts"][0]["size"], Json({0.06, 1.0}));
+  EXPECT_EQ(rod["visuals"].size(), 1u);
+  ASSERT_EQ(with["world"].size(), 2u);
+  EXPECT_EQ(with["world"][0]["size"], Json({3.0}));
+  EXPECT_EQ(with["world"][1]["kind"], "plane");
+  EXPECT_EQ(with["world"][1]["p"], Json({0.0, 0.0, -9.0}));
+  EXPECT_TRUE(none["world"].empty());
+  for (const Json& b : none["bodies"]) EXPECT_TRUE(b["contacts"].empty());
+  EXPECT_EQ(none["bodies"][0]["box"], base["box"]);
 }
 
 // The HDF5 library of Debian has no locks of its own. Without ours some of these end by a signal.

@@ -23,9 +23,9 @@ function shot(stage, canvas = document.createElement("canvas")) {
   return canvas;
 }
 
-/** Red, green and blue of each pixel as base64, rows from the top, with the moving bodies at these poses. */
-export const pixels = (stage, poses) => {
-  stage.show(poses);
+/** Red, green and blue of each pixel as base64, rows from the top, with the moving bodies at these poses relative to an origin. */
+export const pixels = (stage, poses, origin) => {
+  stage.show(poses, origin);
   stage.draw();
   const canvas = document.createElement("canvas"), from = stage.renderer.domElement, { width, height } = from;
   Object.assign(canvas, { width, height });

@@ -69,7 +69,7 @@ export function player(d) {
       return null;
     }
     Object.assign(window.porthos, { film, picture, pixels, base64 });  // for programs
-    if (several && clips[0].turn > 1.6) stage.choose(1), (clip.dataset.first = 1);
+    ride.value = stage.usual;
     function fill() {
       const span = stage.last - stage.first, s = speeds(span);
       speed.replaceChildren(...s.list.map((r) => h("option", { value: r }, r === 1 ? "real time" : `${number(r)}×`)));
@@ -78,7 +78,7 @@ export function player(d) {
       ticks.replaceChildren(...events.filter((e) => e.t > stage.first && e.t < stage.last).map((e) => h("i", { style: `left:${(100 * (e.t - stage.first)) / span}%`, title: e.text })));
       const c = stage.clips[0], whole = stage.clips[0] === clips[0], often = Math.max(...stage.clips.map((x) => x.turn));
       warning.textContent = `${c.t.length > 1 ? `One frame every ${duration((c.t[c.t.length - 1] - c.t[0]) / (c.t.length - 1))}; positions are interpolated linearly, attitudes along the shortest arc.` : ""}`
-        + (often > 1.6 ? ` A body turns by up to ${Math.round((often * 180) / Math.PI)}° between two of them: fast rotation may appear slowed (aliasing).${several && whole ? " The beginning can be seen record by record." : " Record more often to see it."}` : "");
+        + (often > 1.6 ? ` A body turns by up to ${Math.round((often * 180) / Math.PI)}° between two of them: fast rotation may appear slowed (aliasing).${several && whole ? " The beginning can be seen record by record." : " A smaller record_every shows it."}` : "");
     }
     let shownEvent = -1;
     let told = 0;
@@ -105,9 +105,8 @@ export function player(d) {
     play.addEventListener("click", () => go(!stage.playing));
     slider.addEventListener("input", () => stage.seek(stage.first + (slider.value / 1000) * (stage.last - stage.first)));
     speed.addEventListener("change", () => (stage.rate = Number(speed.value)));
-    ride.addEventListener("change", () => stage.set("ride", ride.value));
+    ride.addEventListener("change", () => { stage.set("ride", ride.value); if (stage.usual === "world") stage.look("iso"); });
     clips.forEach((c, i) => clip.append(h("option", { value: i }, c.name)));
-    if (clip.dataset.first) clip.value = clip.dataset.first;
     clip.addEventListener("change", () => { stage.choose(Number(clip.value)); fill(); });
     if (views) for (const [v, text] of [["mechanism", "craft"], ["orbit", "orbit"]]) {
       const b = h("button", { type: "button", "aria-pressed": String(v === "mechanism"), onclick: () => { for (const x of views.children) x.setAttribute("aria-pressed", String(x === b)); stage.set("view", v); } }, text);

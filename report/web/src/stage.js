@@ -6,6 +6,7 @@ import {
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { colour } from "./dom.js";
 import { earthRate, earthTexture, isEarth } from "./earth.js";
+import { boxOf, framing, Ground, swept } from "./ground.js";
 import { ellipse, kepler } from "./kepler.js";
 import { meshGeometry } from "./meshes.js";
 
@@ -55,6 +56,20 @@ function longest(v, step, at) {
   return most;
 }
 
+/** Whether a path is mostly sharp turns: its frames are too far apart for lines between them. */
+function tangled(places) {
+  const a = new Vector3(), b = new Vector3(), p = new Vector3();
+  let sharp = 0, all = 0;
+  for (let i = 6; i < places.length; i += 3) {
+    p.fromArray(places, i - 3);
+    a.copy(p).sub(b.fromArray(places, i - 6));
+    b.fromArray(places, i).sub(p);
+    all += b.length();
+    if (a.dot(b) < 0) sharp += b.length();
+  }
+  return sharp > 0.25 * all;
+}
+
 /** The drawing of one mechanism: a group per moving body, boxes and frames in it. */
 class Cast {
   constructor(act, look) {
@@ -82,7 +97,8 @@ class Cast {
     const tint = b.joint === "free" && !heavy ? "caught" : heavy ? "body" : "link";
     let drawn = 0;
     if (b.visuals.length) for (const v of b.visuals) drawn = Math.max(drawn, this.shape(holder, v, v.colour ? new Color(...v.colour.slice(0, 3)) : null, tint, look));
-    else if (b.box) this.shape(holder, { kind: "box", ...b.box }, null, b.joints.length ? `${tint}-clear` : tint, look);  // what it carries may be inside
+    else if (b.box) this.shape(holder, { kind: "box", ...b.box }, null, b.joints.length || b.contacts?.length ? `${tint}-clear` : tint, look);  // what it carries may be inside
+    for (const s of b.contacts || []) drawn = Math.max(drawn, this.shape(holder, s, null, tint, look));
     const com = b.com, from = new Vector3();
     const bones = b.joints.map((p) => new Vector3(...p));
     if (!bones.length && com) bones.push(new Vector3(...com));
@@ -126,6 +142,8 @@ class Cast {
   scale(size) {
     this.root.traverse((o) => { if (o.userData.bone) o.scale.set(size * 0.012, 1, size * 0.012); });
     for (const f of this.frames) f.scale.setScalar(size * 0.13);
+    this.boxes = this.nodes.map(boxOf);
+    this.fixed = boxOf(this.still);
   }
 }
 
@@ -151,7 +169,9 @@ export class Stage {
     this.time = 0;
     this.rate = 1;
     this.playing = false;
-    this.options = { frames: false, arrows: false, trails: true, whole: false, ride: "place", view: "mechanism" };
+    // What falls on the world is seen to fall.
+    this.usual = data.acts.some((a) => a.world?.length) ? "world" : "place";
+    this.options = { frames: false, arrows: false, trails: true, whole: false, ride: this.usual, view: "mechanism" };
     const software = drawnBySoftware();
     this.renderer = new WebGLRenderer({ antialias: !software, alpha: false, powerPreference: "low-power", preserveDrawingBuffer: location.hash === "#still" });
     this.fine = Math.min(window.devicePixelRatio || 1, software ? 1 : 2);
@@ -171,7 +191,7 @@ export class Stage {
       const sun = new DirectionalLight(0xffffff, 2.0);
       sun.position.set(3, -5, 8);
       s.add(sun);
-      if (s === this.scene) this.sun = sun;
+      if (s === this.scene) s.add((this.sun = sun).target);
       else this.daylight = sun;
     }
     // A shadow costs a second drawing of everything.
@@ -182,6 +202,9 @@ export class Stage {
     for (const c of this.casts) this.carrier.add(c.root);
     this.measure();
     for (const c of this.casts) c.scale(this.size);
+    this.clips = data.acts.map((a) => a.clips[0]);
+    this.start = new Vector3(...this.clips[0].origin.subarray(0, 3));
+    this.stand(look);
     this.shadows();
     this.trails = [];
     this.arrows = [];
@@ -216,10 +239,23 @@ export class Stage {
     }
     this.size = Math.max(reach, 1e-6);
   }
-  /** Every solid throws a shadow on every other, as far as the mechanism reaches. */
+  /** What of the world contacts touch. */
+  stand(look) {
+    const world = this.data.acts[0].world || [], motion = new Box3().setFromPoints(world.length ? this.spread(true) : []).translate(this.start);
+    this.ground = new Ground(world, motion, this.size, (holder, s) => this.casts[0].shape(holder, s, null, "touched-clear", look));
+    this.carrier.add(this.ground);
+  }
+  /** Every solid throws a shadow on every other and on the ground, as far as the mechanism reaches; where it moves in the picture, as far as it moves. */
   shadows() {
-    const d = this.size * 1.2, { camera } = this.sun.shadow;
-    this.sun.position.setLength(3 * d);
+    const { camera } = this.sun.shadow, middle = new Vector3();
+    let d = this.size * 1.2;
+    if (this.usual === "world" && this.options.ride === "world") {
+      const box = new Box3().setFromPoints(this.ground.touched(this.spread(true), this.start.clone().negate()));
+      box.getCenter(middle);
+      d += box.getSize(new Vector3()).length() / 2;
+    }
+    this.sun.position.set(3, -5, 8).setLength(3 * d).add(middle);
+    this.sun.target.position.copy(middle);
     Object.assign(camera, { left: -d, right: d, top: d, bottom: -d, near: d, far: 6 * d });
     camera.updateProjectionMatrix();
     this.sun.shadow.mapSize.set(2048, 2048);
@@ -228,7 +264,7 @@ export class Stage {
   }
   surroundings() {
     const act = this.data.acts[0];
-    if (Math.hypot(...act.gravity) > 0 && act.clips[0].origin.every((x) => x === 0)) {
+    if (!act.world?.length && Math.hypot(...act.gravity) > 0 && act.clips[0].origin.every((x) => x === 0)) {
       const floor = new GridHelper(this.size * 4, 16);
       floor.rotation.x = Math.PI / 2;
       floor.material.transparent = true;
@@ -281,6 +317,7 @@ export class Stage {
     this.renderer.setClearColor(colour("stage"));
     for (const [name, m] of this.materials) m.color.set(colour({ "edge-line": "edge", planet: "link", "net-line": "edge", "orbit-line": "c1", craft: "caught", "craft-behind": "caught" }[name] || name.replace("-clear", "")) || "#888888");
     if (this.floor) this.floor.material.color.set(colour("guide")), (this.floor.material.opacity = 0.25);
+    this.ground.tint(colour("touched"), colour("guide"));
     if (this.down) this.down.setColor(colour("c2")), this.ahead.setColor(colour("c1"));
     for (const l of this.trails) l.material.color.set(colour("c1"));
     for (const a of this.arrows) a.helper.material.color.set(colour(tints[a.kind]));
@@ -325,7 +362,7 @@ export class Stage {
         }
         const line = new Line(new BufferGeometry().setAttribute("position", new BufferAttribute(places, 3)), new LineBasicMaterial({ color: colour("c1"), transparent: true, opacity: 0.7 }));
         line.frustumCulled = false;
-        line.userData.act = k;
+        line.userData = { act: k, tangle: tangled(places) };
         this.scene.add(line);
         this.trails.push(line);
       }
@@ -377,29 +414,36 @@ export class Stage {
 
   set(option, value) {
     this.options[option] = value;
-    if (option === "ride") this.makeTrails();
+    if (option === "ride") this.makeTrails(), this.shadows();
     if (option === "view" && this.far) {
       this.controls.enabled = value === "mechanism";
       this.farControls.enabled = value === "orbit";
     }
     this.seek(this.time);
   }
-  /** The middle of all paths, and the reach from there to their ends and what moves along them. */
-  spread() {
-    const box = new Box3().setFromPoints([new Vector3()]);
-    for (const l of this.trails) box.union(new Box3().setFromBufferAttribute(l.geometry.getAttribute("position")));
-    return [box.getCenter(new Vector3()), box.getSize(new Vector3()).length() / 2 + this.size];
+  /** Points around all that moves, over the whole time: seen from its place at the start (`still`), or from that of each time. */
+  spread(still) {
+    const places = this.clips.flatMap((clip, k) => swept(clip, this.casts[k].boxes, still));
+    const { fixed } = this.casts[0];
+    return fixed.isEmpty() ? places : places.concat([fixed.min, fixed.max]);
   }
-  /** Camera presets; the target stays the middle, of the whole paths where they are shown in the world. */
+  /** What the camera is to show, if that is more than the mechanism about its place: whole paths, and what of the world is touched. */
+  shown() {
+    const { ride, view, whole } = this.options, still = ride === "world", world = this.data.acts[0].world?.length;
+    if (view !== "mechanism" || ride === "base" || !(world || (still && whole))) return null;
+    const away = this.start.clone().negate(), p = new Vector3();
+    const points = still && world ? this.ground.touched(this.spread(still), away) : this.spread(still);
+    if (whole && still) for (const l of this.trails) if (!l.userData.tangle) for (let i = 0, v = l.geometry.getAttribute("position"); i < v.count; ++i) points.push(p.fromBufferAttribute(v, i).clone());
+    return points.concat(this.ground.beside(points, away));
+  }
+  /** Camera presets; the target stays the middle of what is shown. */
   look(name) {
-    const along = this.options.ride === "world" && this.options.whole && this.options.view === "mechanism";
-    const [middle, reach] = along ? this.spread() : [new Vector3(), this.size];
-    const d = reach * 2.8;  // 3.07 shows the whole of a ball of this size
     const to = { iso: [0.62, -0.72, 0.45], x: [1, 0, 0.0001], y: [0, -1, 0.0001], z: [0, -0.0001, 1] }[name];
     const orbit = this.options.view === "orbit" && this.far;
     const [camera, controls] = orbit ? [this.far, this.farControls] : [this.camera, this.controls];
-    const distance = orbit ? this.far.position.length() : d / Math.min(1, Math.max(0.4, camera.aspect || 1));
-    camera.position.set(...to).multiplyScalar(distance).add(middle);
+    const points = this.shown(), round = { middle: new Vector3(), distance: (2.8 * Math.hypot(...to) * this.size) / Math.min(1, Math.max(0.4, camera.aspect || 1)) };  // 3.07 shows the whole of a ball
+    const { middle, distance } = orbit ? { middle: round.middle, distance: this.far.position.length() } : points ? framing(points, to, camera) : round;
+    camera.position.set(...to).setLength(distance).add(middle);
     if (!orbit) camera.far = Math.max(camera.far, 8 * distance), camera.updateProjectionMatrix();
     controls.target.copy(middle);
     controls.update();
@@ -481,29 +525,33 @@ export class Stage {
       n.position.lerpVectors(p, p1, s);
       n.quaternion.slerpQuaternions(q, q1, s);
     });
-    const base = cast.nodes[0];
-    this.carrier.position.set(0, 0, 0);
-    this.carrier.quaternion.identity();
-    if (this.options.ride === "base" && base) {
-      this.carrier.quaternion.copy(base.quaternion).invert();
-      this.carrier.position.copy(base.position).negate().applyQuaternion(this.carrier.quaternion);
-    } else if (this.options.ride === "world") {
-      const o = clip.origin, at = (i) => o[3 * f + i] + s * (o[3 * next + i] - o[3 * f + i]) - this.clips[0].origin[i];
-      this.carrier.position.set(at(0), at(1), at(2));
-    }
+    const o = clip.origin;
+    this.place(cast.nodes[0], new Vector3(...[0, 1, 2].map((i) => o[3 * f + i] + s * (o[3 * next + i] - o[3 * f + i]))));
     this.arrangeArrows(clip, f, next, s);
     for (const frames of cast.frames) frames.visible = this.options.frames;
     const tail = this.options.whole ? clip.t.length : Math.max(2, Math.min(120, clip.t.length));
     for (const l of this.trails) {
-      l.visible = this.options.trails && l.userData.act === act && clip.turn < 1.6;  // else it would be a tangle of chords
+      l.visible = this.options.trails && l.userData.act === act && !l.userData.tangle;
       const end = f + 1, begin = Math.max(0, end - tail);
       l.geometry.setDrawRange(begin, end - begin);
     }
     if (clip.orbit && this.craft) this.arrangeOrbit(clip, f);
   }
-  /** Shows a pose that no record has: place and quaternion w x y z of every moving body. */
-  show(poses) {
-    this.casts[0].nodes.forEach((n, i) => this.pose({ nodes: this.casts[0].nodes.length, poses }, 0, i, n.position, n.quaternion));
+  /** Puts the mechanism where the camera's frame has it, and the world about it. origin: of the places of bodies */
+  place(base, origin) {
+    this.carrier.position.set(0, 0, 0);
+    this.carrier.quaternion.identity();
+    if (this.options.ride === "base" && base) {
+      this.carrier.quaternion.copy(base.quaternion).invert();
+      this.carrier.position.copy(base.position).negate().applyQuaternion(this.carrier.quaternion);
+    } else if (this.options.ride === "world") this.carrier.position.copy(origin).sub(this.start);
+    this.ground.position.copy(origin).negate();
+  }
+  /** Shows a pose that no record has: place and quaternion w x y z of every moving body, relative to an origin. */
+  show(poses, origin = [0, 0, 0]) {
+    const { nodes } = this.casts[0];
+    nodes.forEach((n, i) => this.pose({ nodes: nodes.length, poses }, 0, i, n.position, n.quaternion));
+    this.place(nodes[0], new Vector3(...origin));
     for (const l of this.trails) l.visible = false;
   }
   arrangeOrbit(clip, f) {
