@@ -80,9 +80,10 @@ console.log("the ground");
   const shown = await page.tab.evaluate(async () => {  // as render() draws: a pose of no record, with its origin
     const s = porthos.stage;
     s.show([0, 0, 0, 1, 0, 0, 0], [7, 0, 3]);
-    return s.ground.position.toArray();
+    const { patch, cell } = s.ground.patches[0];
+    return { at: s.ground.position.toArray().join(), patch: patch.position.x, cell };
   });
-  expect(shown.join() === "-7,0,-3", `for a pose of no record the world stands at ${shown}`);
+  expect(shown.at === "-7,0,-3" && Math.abs(shown.patch - 7) <= shown.cell, `for a pose of no record the world stands at ${shown.at}, its grid beneath the ball at x = ${shown.patch.toFixed(1)} m`);
   await page.close();
 
   const table = await open("table"), [above, onto] = await seen(table.tab, [0, 0.3]);

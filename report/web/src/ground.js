@@ -43,7 +43,8 @@ export class Ground extends Group {
   /** shapes: of the page's data; motion: the box around it, in the world; size: of the mechanism; solid(group, shape) draws another shape */
   constructor(shapes, motion, size, solid) {
     super();
-    this.grids = [];
+    this.grids = [];  // their materials
+    this.patches = [];
     this.size = size;
     this.reach = Math.max(near * size, 2 * motion.getSize(new Vector3()).length());
     this.planes = [];
@@ -65,9 +66,10 @@ export class Ground extends Group {
   grid(holder, motion, size) {
     holder.updateMatrixWorld();
     const own = motion.clone().applyMatrix4(new Matrix4().copy(holder.matrixWorld).invert()), span = own.getSize(new Vector3());
-    const side = Math.max(span.x, span.y, 2 * size), cell = nice((2.5 * side) / 24), count = 2 * Math.ceil((1.25 * side) / cell);
-    const middle = own.getCenter(new Vector3()), patch = new Group();
-    patch.position.set(Math.round(middle.x / cell) * cell, Math.round(middle.y / cell) * cell, 0);
+    const height = Math.min(this.reach, Math.max(Math.abs(own.min.z), Math.abs(own.max.z)));
+    const side = Math.max(span.x, span.y, 2 * size, height), cell = nice((2.5 * side) / 24), count = 2 * Math.ceil((1.25 * side) / cell);
+    const patch = new Group();
+    this.patches.push({ patch, cell });
     const lines = new GridHelper(count * cell, count).rotateX(Math.PI / 2);
     lines.material.transparent = true;
     lines.material.opacity = 0.45;
@@ -78,6 +80,14 @@ export class Ground extends Group {
     shade.receiveShadow = true;
     patch.add(new Mesh(shade.geometry, face), shade, lines);
     holder.add(patch);
+    this.follow(motion.getCenter(new Vector3()));
+  }
+  /** Puts the grids beneath a point of the world; their lines stay where they are. */
+  follow(point) {
+    for (const { patch, cell } of this.patches) {
+      const { position, quaternion } = patch.parent, own = point.clone().sub(position).applyQuaternion(quaternion.clone().invert());
+      patch.position.set(Math.round(own.x / cell) * cell, Math.round(own.y / cell) * cell, 0);
+    }
   }
   distance(p) {
     return Math.min(...this.planes.map((x) => Math.abs(x.distanceToPoint(p))), ...this.boxes.map((b) => b.distanceToPoint(p)));

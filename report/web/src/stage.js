@@ -433,6 +433,7 @@ export class Stage {
     if (view !== "mechanism" || ride === "base" || !(world || (still && whole))) return null;
     const away = this.start.clone().negate(), p = new Vector3();
     const points = still && world ? this.ground.touched(this.spread(still), away) : this.spread(still);
+    if (!points.length) return null;
     if (whole && still) for (const l of this.trails) if (!l.userData.tangle) for (let i = 0, v = l.geometry.getAttribute("position"); i < v.count; ++i) points.push(p.fromBufferAttribute(v, i).clone());
     return points.concat(this.ground.beside(points, away));
   }
@@ -552,6 +553,7 @@ export class Stage {
     const { nodes } = this.casts[0];
     nodes.forEach((n, i) => this.pose({ nodes: nodes.length, poses }, 0, i, n.position, n.quaternion));
     this.place(nodes[0], new Vector3(...origin));
+    this.ground.follow(new Vector3(...origin));
     for (const l of this.trails) l.visible = false;
   }
   arrangeOrbit(clip, f) {
