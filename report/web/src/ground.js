@@ -1,5 +1,5 @@
 /** What of the world contacts touch, and the frame of a camera around a motion. */
-import { Box3, DoubleSide, GridHelper, Group, Matrix4, Mesh, MeshLambertMaterial, Plane, PlaneGeometry, Quaternion, ShadowMaterial, Vector3 } from "three";
+import { Box3, BufferAttribute, BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, Plane, PlaneGeometry, Quaternion, ShadowMaterial, Vector3 } from "three";
 
 const most = 100000;  // points that a frame is found from
 const near = 20;  // sizes of the mechanism: a plane farther away than this, and than the motion is wide, is out of the frame
@@ -38,11 +38,20 @@ export function swept(clip, boxes, still) {
 /** The number nearest to x that is 1, 2 or 5 times a power of ten. */
 const nice = (x) => { const e = 10 ** Math.floor(Math.log10(x)), m = x / e; return e * (m < 1.5 ? 1 : m < 3.5 ? 2 : m < 7.5 ? 5 : 10); };
 
+/** The lines of a square of count by count cells, cell by cell: drawn by the processor, a line that goes on behind the camera would be lost whole. */
+function net(count, cell) {
+  const ends = [];
+  for (let i = 0; i <= count; ++i) for (let k = 0; k < count; ++k) ends.push([i, k, i, k + 1], [k, i, k + 1, i]);
+  const points = ends.flatMap(([a, b, c, d]) => [[a, b], [c, d]]).flatMap(([x, y]) => [(x - count / 2) * cell, (y - count / 2) * cell, 0]);
+  return new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
+}
+
 /** Shapes of the world, drawn about a motion: a plane is a grid beneath it. */
 export class Ground extends Group {
-  /** shapes: of the page's data; motion: the box around it, in the world; size: of the mechanism; solid(group, shape) draws another shape */
-  constructor(shapes, motion, size, solid) {
+  /** shapes: of the page's data; motion: the box around it, in the world; size: of the mechanism; shaded: planes show shadows; solid(group, shape) draws another shape */
+  constructor(shapes, motion, size, shaded, solid) {
     super();
+    this.shaded = shaded;
     this.grids = [];  // their materials
     this.patches = [];
     this.size = size;
@@ -70,15 +79,16 @@ export class Ground extends Group {
     const side = Math.max(span.x, span.y, 2 * size, height), cell = nice((2.5 * side) / 24), count = 2 * Math.ceil((1.25 * side) / cell);
     const patch = new Group();
     this.patches.push({ patch, cell });
-    const lines = new GridHelper(count * cell, count).rotateX(Math.PI / 2);
-    lines.material.transparent = true;
-    lines.material.opacity = 0.45;
+    const lines = new LineSegments(net(count, cell), new LineBasicMaterial({ transparent: true, opacity: 0.8 }));
     this.grids.push(lines.material);
-    const face = new MeshLambertMaterial({ transparent: true, opacity: 0.3, depthWrite: false, side: DoubleSide });
+    const face = new MeshBasicMaterial({ transparent: true, opacity: 0.3, depthWrite: false, side: DoubleSide }), plane = new PlaneGeometry(count * cell, count * cell);
     this.grids.push(face);
-    const shade = new Mesh(new PlaneGeometry(count * cell, count * cell), new ShadowMaterial({ opacity: 0.25 }));
-    shade.receiveShadow = true;
-    patch.add(new Mesh(shade.geometry, face), shade, lines);
+    patch.add(new Mesh(plane, face), lines);
+    if (this.shaded) {
+      const shade = new Mesh(plane, new ShadowMaterial({ opacity: 0.25 }));
+      shade.receiveShadow = true;
+      patch.add(shade);
+    }
     holder.add(patch);
     this.follow(motion.getCenter(new Vector3()));
   }
@@ -111,7 +121,7 @@ export class Ground extends Group {
     return all.map((c) => c.add(away));
   }
   tint(touched, lines) {
-    for (const m of this.grids) m.color.set(m.isMeshLambertMaterial ? touched : lines);
+    for (const m of this.grids) m.color.set(m.isMeshBasicMaterial ? touched : lines);
   }
 }
 

@@ -242,7 +242,7 @@ export class Stage {
   /** What of the world contacts touch. */
   stand(look) {
     const world = this.data.acts[0].world || [], motion = new Box3().setFromPoints(world.length ? this.spread(true) : []).translate(this.start);
-    this.ground = new Ground(world, motion, this.size, (holder, s) => this.casts[0].shape(holder, s, null, "touched-clear", look));
+    this.ground = new Ground(world, motion, this.size, this.sun.castShadow, (holder, s) => this.casts[0].shape(holder, s, null, "touched-clear", look));
     this.carrier.add(this.ground);
   }
   /** Every solid throws a shadow on every other and on the ground, as far as the mechanism reaches; where it moves in the picture, as far as it moves. */
