@@ -23,6 +23,29 @@ std::vector<int> offsets_of(const phs::Description& d, const std::vector<std::st
   return at;
 }
 
+/// Norms the quaternions of x.
+void norm_quaternions(const phs::Description& d, std::vector<double>& x) {
+  for (const auto& b : d.blocks) {
+    if (b.kind != phs::BlockKind::rotation) continue;
+    double norm = 0;
+    for (int k = 0; k < 4; ++k) norm = std::hypot(norm, x[size_t(b.at + k)]);
+    if (!(norm > 0))
+      throw InvalidArgument("the state an episode begins from: the quaternion '" + b.name +
+                            "' is zero, expected one of norm 1");
+    for (int k = 0; k < 4; ++k) x[size_t(b.at + k)] /= norm;
+  }
+}
+
+/// The constraint of the largest |row|, and that number.
+std::pair<std::string, double> worst_row(const phs::Description& d, std::span<const double> rows) {
+  std::pair<std::string, double> worst;
+  for (const auto& c : d.constraints)
+    for (int r = 0; r < c.size; ++r)
+      if (const double g = std::fabs(rows[size_t(c.at + r)]); !(g <= worst.second))
+        worst = {c.name, g};
+  return worst;
+}
+
 }  // namespace
 
 /// One step of one environment under one action.
@@ -80,6 +103,7 @@ Environment::Environment(std::shared_ptr<const phs::Model> model, std::vector<do
   if (observed_.empty())
     for (int i = 0; i < d.nx; ++i) observed_.push_back(i);
   plant_ = this->model().instantiate<double>();
+  constraints_ = plant_->constraints();
   e_.resize(size_t(d.nx));
   y_.resize(size_t(d.nu));
   const int teams = std::min(threads_of(o_.threads), o_.count);
@@ -113,9 +137,38 @@ void Environment::begin(int environment) {
     for (const double value : x)
       if (!std::isfinite(value))
         throw InvalidArgument("the state an episode begins from has a number that is not finite");
+    norm_quaternions(model_.description(), x);
   }
+  if (constraints_) require_on_constraints(x);
   states_[i] = phs::State(model_.description(), std::move(x));
   phs::wrap_angles(model_.description(), states_[i]);
+}
+
+void Environment::require_on_constraints(std::span<const double> x) {
+  constexpr double rounding = 1e-8;
+  const phs::Description& d = model_.description();
+  keeper_.synchronise(std::vector<std::int64_t>(size_t(d.angle_count()), 0), *plant_);
+  plant_->gradient(x, e_);
+  std::vector<double> rows(size_t(constraints_->count()));
+  const auto refuse = [](const std::string& what, const char* unit, const auto& worst) {
+    throw InvalidArgument("the state an episode begins from: " + what + " of the constraint '" +
+                          worst.first + "' is " + number(worst.second, 3) + unit +
+                          ", expected a start on it: q, v, found = model.close_loops(q, v) of the "
+                          "mechanical model, in begin or before");
+  };
+  constraints_->set_time(0);
+  constraints_->place(x, rows);
+  if (const auto gap = worst_row(d, rows); !(gap.second <= rounding))
+    refuse("the gap", " m or rad", gap);
+  constraints_->rates(e_, rows);
+  constraints_->add_drift(rows);
+  double fastest = 1;
+  for (const auto& b : d.blocks)
+    if (b.momentum >= 0)
+      for (int k = 0; k < b.size; ++k)
+        fastest = std::max(fastest, std::fabs(e_[size_t(b.momentum + k)]));
+  if (const auto slip = worst_row(d, rows); !(slip.second <= rounding * fastest))
+    refuse("the rate of the gap", " m/s or rad/s", slip);
 }
 
 void Environment::observe(int environment, std::span<double> to) {

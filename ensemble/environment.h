@@ -10,6 +10,7 @@
 #include "ensemble/held_inputs.h"
 #include "ensemble/random.h"
 #include "integrators/core/turns.h"
+#include "phs/system/constraints.h"
 #include "phs/system/state.h"
 #include "phs/system/system.h"
 
@@ -32,7 +33,8 @@ struct EnvironmentOptions {
   std::vector<int> observed = {};
   bool outputs = false;  ///< whether y of the driven ports is observed, after the state
   /// Changes the start state x of an episode (nx numbers, initially the environment's `start`),
-  /// with random numbers of the episode.
+  /// with random numbers of the episode. Quaternions are normed after it; a start off the
+  /// constraints is refused.
   std::function<void(Stream& random, std::span<double> x)> begin = {};
   /// Whether the episode ends at x, by reaching or leaving a set. Called by any thread.
   std::function<bool(std::span<const double> x)> ended = {};
@@ -53,7 +55,7 @@ class Environment {
  public:
   /// @param start  state numbers at the start of an episode, nx
   /// @throws InvalidArgument for unknown ports or state numbers, sizes that do not fit, a model
-  ///   with sampled controllers, and as integrators::make_integrator
+  ///   with sampled controllers, a start off the constraints, and as integrators::make_integrator
   Environment(std::shared_ptr<const phs::Model> model, std::vector<double> start,
               EnvironmentOptions options);
   ~Environment();
@@ -97,6 +99,8 @@ class Environment {
  private:
   class Turn;
   void begin(int environment);
+  /// @throws InvalidArgument where x, angles with their turns, leaves a loop open or moves it
+  void require_on_constraints(std::span<const double> x);
   /// Writes the observation and the energy.
   void observe(int environment, std::span<double> to);
 
@@ -104,9 +108,10 @@ class Environment {
   std::vector<double> start_;
   EnvironmentOptions o_;
   std::vector<int> driven_, observed_;
-  std::vector<std::uint64_t> seeds_, streams_;  ///< of each
-  std::unique_ptr<phs::System<double>> plant_;  ///< for observations
-  integrators::TurnKeeper<double> keeper_;      ///< of its turns
+  std::vector<std::uint64_t> seeds_, streams_;             ///< of each
+  std::unique_ptr<phs::System<double>> plant_;             ///< for observations
+  std::unique_ptr<phs::Constraints<double>> constraints_;  ///< of plant_ without turns; or null
+  integrators::TurnKeeper<double> keeper_;                 ///< of its turns
   std::vector<double> e_, y_;
   std::vector<std::unique_ptr<LaneTeam>> teams_;
   std::vector<phs::State> states_;

@@ -23,7 +23,7 @@ Reward = Callable[[np.ndarray, np.ndarray], np.ndarray]
 class Box:
     """What is used of gymnasium.spaces.Box, where gymnasium is not installed."""
 
-    def __init__(self, low: float, high: float, shape: tuple[int, ...], dtype: Any = np.float32):
+    def __init__(self, low: Any, high: Any, shape: tuple[int, ...], dtype: Any = np.float32):
         self.low, self.high = np.full(shape, low, dtype), np.full(shape, high, dtype)
         self.shape, self.dtype = shape, np.dtype(dtype)
         self._random = np.random.default_rng()
@@ -44,7 +44,7 @@ class Box:
         return f"Box({self.low.min():g}, {self.high.max():g}, {self.shape}, {self.dtype})"
 
 
-def _box(low: float, high: float, shape: tuple[int, ...], dtype: Any) -> Any:
+def _box(low: Any, high: Any, shape: tuple[int, ...], dtype: Any) -> Any:
     return (gymnasium.spaces.Box if gymnasium else Box)(low, high, shape=shape, dtype=dtype)
 
 
@@ -56,6 +56,23 @@ def _picture_of(scene: PathLike, mechanism: Any, look: dict[str, Any]) -> LivePi
         short = Scene(scene)
         Scene(scene, duration=short.data.step).run(folder + "/run")
         return LivePicture(mechanism, folder + "/run/report.html", **look)
+
+
+def _check_look(look: dict[str, Any]) -> None:
+    known = {"size": None, "camera": ("iso", "x", "y", "z"), "follow": ("place", "base", "world"), "dark": None}
+    for key, value in look.items():
+        if key not in known:
+            raise InvalidArgument(f"picture has '{key}', expected {', '.join(known)}")
+        if (words := known[key]) and value not in words:
+            raise InvalidArgument(f"picture has {key}={value!r}, expected one of {', '.join(words)}")
+
+
+def _limits(limit: Any, sizes: Sequence[int]) -> np.ndarray:
+    """Of each number of ports of these sizes."""
+    given = np.asarray(limit if isinstance(limit, (int, float, np.number, list, tuple, np.ndarray)) else np.nan)
+    if given.dtype.kind not in "iuf" or given.shape not in ((), (len(sizes),)) or not (given > 0).all():
+        raise InvalidArgument(f"limit is {limit!r}, expected a number above 0, or {len(sizes)} of them: the largest input of each port")
+    return np.repeat(np.broadcast_to(given.astype(np.float64), len(sizes)), sizes)
 
 
 def _made_by(cls: type, path: PathLike, options: dict[str, Any]) -> Any:
@@ -73,11 +90,12 @@ class VectorEnv(_VectorBase):
     where: "rate of base.attitude[0]" is an angular rate, "rate of base.position[0]" a velocity of a free body, both along its own
     axes. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine.
     Actions are inputs of `ports` (all but the wrench on the base, where none are named), in [-limit, limit]; what is beyond is cut
-    off. reward(observations, actions) -> (n,).
+    off. limit: a number, or one for each port. reward(observations, actions) -> (n,).
     An episode that ends begins anew in the same step: its last observation is then in info["final_obs"], by info["_final_obs"].
     mechanism: the one in the model, whose state comes first, where the model does not name it (from_scene does).
     scene: a scene file of the same mechanism, by which render() draws (from_scene gives it). render_mode: "rgb_array" or None.
     picture: size in pixels (640, 480), camera, follow and dark, as in film().
+    A start off the constraints is refused; a quaternion that begin gives is normed.
     options: those of Environment (step, substeps, longest, method, begin, ended, threads, ...); begin and ended take states.
     rates: begin(uniform, x) and ended(x) take what is observed, coordinates and rates in float64, and begin gives that.
     One from a scene may be pickled and copied, as far as its functions may: the other one begins anew with reset().
@@ -88,14 +106,13 @@ class VectorEnv(_VectorBase):
     render_mode = None
     _recipe: tuple[PathLike, dict[str, Any]] | None = None  # of from_scene
 
-    def __init__(self, model: Model, start, *, reward: Reward, limit: float, num_envs: int = 1, dtype: Any = np.float32, mechanism: Any = None,
+    def __init__(self, model: Model, start, *, reward: Reward, limit: float | Sequence[float], num_envs: int = 1, dtype: Any = np.float32, mechanism: Any = None,
                  scene: PathLike | None = None, render_mode: str | None = None, picture: dict[str, Any] | None = None, rates: bool = False, **options: Any):
         if render_mode not in (None, "rgb_array"):
             raise InvalidArgument(f"render_mode is {render_mode!r}, expected 'rgb_array' or None")
         if "observed" in options or "outputs" in options:
             raise InvalidArgument("observed and outputs are of Environment, expected none of them: observations are coordinates and rates")
-        if not isinstance(limit, (int, float, np.number)) or not limit > 0:
-            raise InvalidArgument(f"limit is {limit!r}, expected a number above 0: the largest input of a port")
+        _check_look(picture or {})
         if not callable(reward):
             raise InvalidArgument(f"reward is {reward!r}, expected a function of observations and actions")
         if not np.issubdtype(np.dtype(dtype), np.floating):
@@ -107,8 +124,9 @@ class VectorEnv(_VectorBase):
         ports = options["ports"] = list(options.get("ports") or [p for p in every if p != "base.wrench"] or every)
         if rates:
             self._in_rates(options)
-        self._batch = Environment(model, start, count=num_envs, **options)
         sizes = {p.name: p.size for p in description.ports}
+        self._limit = _limits(limit, [sizes.get(p, 1) for p in ports])
+        self._batch = Environment(model, start, count=num_envs, **options)
         number = lambda name, n: [name] if n == 1 else [f"{name}[{k}]" for k in range(n)]
         self.action_names: list[str] = [n for p in ports for n in number(p, sizes[p])]
         m = self._mechanism
@@ -120,10 +138,11 @@ class VectorEnv(_VectorBase):
             self.names += [n for c in by_rate for n in number(f"rate of {c.name}", c.v.stop - c.v.start)]
         self.num_envs = num_envs
         self.single_observation_space = _box(-np.inf, np.inf, (len(self.names),), self._dtype)
-        self.single_action_space = _box(-limit, limit, (self._batch.action_size,), self._dtype)
+        most = self._limit.astype(self._dtype)
+        self.single_action_space = _box(-most, most, most.shape, self._dtype)
         self.observation_space = _box(-np.inf, np.inf, (num_envs, len(self.names)), self._dtype)
-        self.action_space = _box(-limit, limit, (num_envs, self._batch.action_size), self._dtype)
-        self._limit = float(limit)
+        most = np.tile(most, (num_envs, 1))
+        self.action_space = _box(-most, most, most.shape, self._dtype)
         self._scene, self.render_mode, self._look, self._picture = scene, render_mode, picture or {}, None
 
     def _in_rates(self, options: dict[str, Any]) -> None:
@@ -138,6 +157,9 @@ class VectorEnv(_VectorBase):
             o = np.asarray(o, dtype=np.float64)
             if o.shape not in ((bodies,), (bodies + len(x) - rest,)):
                 raise InvalidArgument(f"begin gave shape {o.shape}, expected ({bodies},): coordinates and rates")
+            o = o.copy()
+            for q in (o[c.q] for c in m.coordinates if c.q.stop - c.q.start == 4):
+                q /= np.linalg.norm(q) or 1.0  # rates are of the attitude that is meant
             return np.concatenate([o[: m.nq], momenta_from_rates(m, o[: m.nq], o[m.nq : bodies]), o[bodies:] if len(o) > bodies else x[rest:]])
 
         if begin := options.get("begin"):
@@ -161,7 +183,7 @@ class VectorEnv(_VectorBase):
             raise InvalidArgument(f"{path} has {scene.data.stops} [[stop]]s, which an environment does not see, expected ended=, a function of the state that says them")
         recipe = (path, {"cases": cases, **options})
         scene.data.centre_stays = True  # actions may push it
-        start = scene.assembly.initial.x
+        start = scene.assembly.start
         if cases:
             if "begin" in options:
                 raise InvalidArgument("begin is given besides cases, expected one of both")
@@ -195,6 +217,8 @@ class VectorEnv(_VectorBase):
 
     def reset(self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None):
         """(observations, info): the first episode of the seed, of one for each environment, or the next."""
+        if options:
+            raise InvalidArgument(f"reset() has options {', '.join(map(repr, options))}, expected none: begin says where episodes begin")
         several = isinstance(seed, (list, tuple, np.ndarray))
         if gymnasium:
             super().reset(seed=None if several else seed)
@@ -247,7 +271,7 @@ class Env(_EnvBase):
     render_mode = None
     _recipe: tuple[PathLike, dict[str, Any]] | None = None
 
-    def __init__(self, model: Model, start, *, reward: Callable[[np.ndarray, np.ndarray], float], limit: float, **options: Any):
+    def __init__(self, model: Model, start, *, reward: Callable[[np.ndarray, np.ndarray], float], limit: float | Sequence[float], **options: Any):
         if "num_envs" in options:
             raise InvalidArgument("num_envs is of VectorEnv, an Env is one")
         if not callable(reward):

@@ -206,7 +206,8 @@ std::vector<double> start_of_case(const Ensemble& e, std::int64_t index) {
         "the cases of [ensemble] differ in more than their start, expected numbers of [initial] "
         "alone");
   try {
-    return from_its_start(e, scene_of(e, index, e.sampler().values(index))).initial.x;
+    const auto a = from_its_start(e, scene_of(e, index, e.sampler().values(index)));
+    return phs::with_turns(a.model->description(), a.initial);
   } catch (const InvalidArgument& fault) {
     throw InvalidArgument(fmt::format("case {}: {}", index, fault.what()));
   }

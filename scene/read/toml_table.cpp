@@ -27,6 +27,10 @@ toml::table parse_toml(std::string_view text, const File& file) {
   try {
     return toml::parse(text, std::string_view(file.path));
   } catch (const toml::parse_error& e) {
+    const size_t first = text.find_first_not_of(" \t\r\n");
+    if (first != text.npos && text[first] == '<')
+      throw InvalidArgument(fmt::format(
+          "{} is a model, expected a scene: porthos new {} writes one", file.path, file.path));
     std::string why(e.description());
     if (why.starts_with("Error ")) why.erase(0, 6);
     if (why.find("parsing boolean") != why.npos)

@@ -7,6 +7,7 @@
 #include "phs/system/tunable.h"
 #include "phs/system/user_model.h"
 #include "tests/support/bounds.h"
+#include "tests/support/linkages.h"
 #include "tests/support/robots.h"
 
 namespace porthos::ensemble::environment_test {
@@ -190,6 +191,29 @@ TEST(HeldInputs, BooksTheirWork) {
   }
   keeps("|dH - work of the inputs|", std::fabs(system->hamiltonian(s.x) - before - work), 1e-14);
   EXPECT_GT(std::fabs(work), 0.1);
+}
+
+/// A start off the loops is refused with its gap, by positions and by rates; one on them is not.
+TEST(Environment, RefusesStartsOffTheLoops) {
+  auto bars = test::four_bar();
+  const auto on = bars.start();
+  const auto model = std::make_shared<mechanics::MechanicalModel>(bars.model());
+  EnvironmentOptions o{.method = "spark16", .step = 0.01};
+  Environment closed(model, on, o);
+  const double before = closed.energies()[0];
+  closed.step(std::vector<double>(3, 0.0));
+  keeps("closed: change of the energy in a step [J]", std::fabs(closed.energies()[0] - before),
+        1e-10);
+  o.begin = [](Stream&, std::span<double> x) { x[0] += 0.1; };
+  std::string why = refusal([&] { Environment(model, on, o); });
+  EXPECT_NE(why.find("the gap of the constraint 'rocker_pin' is 0.0"), std::string::npos) << why;
+  EXPECT_NE(why.find("close_loops(q, v)"), std::string::npos) << why;
+  o.begin = [](Stream&, std::span<double> x) { x[3] += 0.1; };  // a momentum
+  why = refusal([&] { Environment(model, on, o); });
+  EXPECT_NE(why.find("the rate of the gap of the constraint 'rocker_pin'"), std::string::npos)
+      << why;
+  o.begin = [](Stream&, std::span<double> x) { x[0] += 1e-10; };  // rounding
+  EXPECT_EQ(refusal([&] { Environment(model, on, o); }), "");
 }
 
 }  // namespace

@@ -283,6 +283,71 @@ def test_rates_of_a_free_base_have_their_names(source):
     assert np.abs(turned - rate[:2]).max() < 0.02 * np.abs(rate).max()
 
 
+def test_starts_off_the_loops_are_refused(source):
+    scene = source / "examples/four_bar/scene.toml"
+    kw = dict(limit=1.0, reward=lambda o, u: 0.0, rates=True)
+    m = ph.Scene(scene).assembly.mechanical
+
+    def moved(uniform, x):
+        return x + np.eye(len(x))[0] * 0.2 * (uniform(1)[0] - 0.5)
+
+    def closed(uniform, x):
+        q, v, _ = m.close_loops(moved(uniform, x)[: m.mechanism.nq], x[m.mechanism.nq :], held=[m.mechanism.coordinates[0].name])
+        return np.r_[q, v]
+
+    refused(lambda: ph.Env.from_scene(scene, begin=moved, **kw), "the gap of the constraint", "close_loops(q, v)", most=260)
+    e = ph.Env.from_scene(scene, begin=closed, **kw)
+    e.reset(seed=1)
+    before = e.energy
+    e.step(np.zeros(e.action_space.shape))
+    assert abs(e.energy - before) < 1e-9 * max(1.0, abs(before))  # open: it made energy in the first step
+
+
+def test_quaternions_are_normed(source):
+    scene = source / "examples/ets_vii/scene.toml"
+    kw = dict(limit=1.0, reward=lambda o, u: 0.0, step=0.1, method="gauss4", dtype=np.float64)
+    plain, twice = ph.Env.from_scene(scene, **kw), []
+    q = plain.batch.state(0).x
+    at = [plain.names.index(f"base.attitude[{k}]") for k in range(4)]
+
+    def longer(uniform, x):
+        x[at] *= 2
+        return x
+
+    for rates in (False, True):
+        e = ph.Env.from_scene(scene, begin=longer, rates=rates, **kw)
+        twice.append(e.reset(seed=0)[0])
+        assert abs(np.linalg.norm(e.batch.state(0).x[at]) - 1) < 1e-15
+    assert np.abs(twice[1] - plain.reset(seed=0)[0]).max() < 1e-12 and np.array_equal(q[at], plain.batch.state(0).x[at])
+    with pytest.raises(ph.InvalidArgument, match="'base.attitude' is zero, expected one of norm 1"):
+        ph.Env.from_scene(scene, begin=lambda u, x: np.where(np.isin(np.arange(len(x)), at), 0.0, x), **kw)
+
+
+def test_what_is_refused_when_it_is_made(pendulum, source):
+    refused(lambda: many(pendulum, picture=dict(camera="front")), "camera='front', expected one of iso, x, y, z")
+    refused(lambda: many(pendulum, picture=dict(camra="x")), "'camra', expected size, camera, follow, dark")
+    refused(lambda: many(pendulum).reset(options={"start": 1}), "reset() has options 'start', expected none")
+    refused(lambda: one(pendulum).reset(options={"start": 1}), "options 'start'")
+    assert one(pendulum, picture=dict(camera="x", follow="world")).reset(seed=1, options={})[0].shape == (4,)
+    urdf = source / "examples/ets_vii/ets_vii.urdf"
+    for call in (lambda: ph.Scene(urdf), lambda: ph.Env.from_scene(urdf, limit=1.0, reward=abs), lambda: ph.VectorEnv.from_scene(urdf, limit=1.0, reward=abs)):
+        refused(call, "ets_vii.urdf is a model, expected a scene: porthos new ", most=400)
+
+
+def test_a_limit_for_each_port(pendulum):
+    both = dict(ports=["upper.torque", "lower.torque"])
+    e = many(pendulum, limit=[0.5, 2.0], **both)
+    assert np.array_equal(e.single_action_space.high, np.float32([0.5, 2])) and np.array_equal(e.action_space.low[2], np.float32([-0.5, -2]))
+    e.reset(seed=0)
+    cut = e.step(np.full((3, 2), 9.0))[0].copy()
+    e.reset(seed=0)
+    assert np.array_equal(cut, e.step(np.tile([0.5, 2.0], (3, 1)))[0])
+    e.reset(seed=0)
+    assert not np.array_equal(cut, e.step(np.full((3, 2), 0.5))[0])  # control
+    for wrong in ([1.0], [1.0, -1.0], [1.0, "a"], "1", True, float("nan"), None):
+        refused(lambda: many(pendulum, limit=wrong, **both), "expected a number above 0, or 2 of them")
+
+
 def test_stops_of_a_scene_are_not_ignored(source, tmp_path):
     text = (source / "examples/double_pendulum/scene.toml").read_text()
     (tmp_path / "double_pendulum.urdf").write_text((source / "examples/double_pendulum/double_pendulum.urdf").read_text())
