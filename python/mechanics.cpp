@@ -191,8 +191,15 @@ struct Urdf {
   std::string root_link;
 };
 
-Urdf urdf(const UrdfResult& r) {
-  return {std::make_shared<Mechanism>(r.mechanism), r.notes, r.root_link};
+/// With a note where a fixed base has no gravity by default.
+Urdf urdf(const UrdfResult& r, const std::string& file, const std::string& base,
+          py::object gravity) {
+  Urdf u{std::make_shared<Mechanism>(r.mechanism), r.notes, r.root_link};
+  if (base == "fixed" && gravity.is_none())
+    u.notes.push_back({file,
+                       "there is no gravity, for none is stated: expected gravity=(0, 0, "
+                       "-9.81), or (0, 0, 0) where that is meant"});
+  return u;
 }
 
 UrdfOptions options_of(const std::string& base, py::object gravity, bool massless,
@@ -202,7 +209,7 @@ UrdfOptions options_of(const std::string& base, py::object gravity, bool massles
   if (base != "fixed" && base != "free")
     throw InvalidArgument("base is '" + base + "', expected 'fixed' or 'free'");
   o.base = base == "free" ? UrdfOptions::Base::free : UrdfOptions::Base::fixed;
-  o.gravity = vector3("gravity", gravity);
+  if (!gravity.is_none()) o.gravity = vector3("gravity", gravity);
   if (massless) o.links_without_inertia = UrdfOptions::NoInertia::massless;
   o.rotor_inertia = rotor_inertia;
   o.accept_unphysical_inertia = accept;
@@ -217,12 +224,12 @@ void bind_urdf(py::module_& m) {
           "notes", &Urdf::notes,
           "Unknown tags and attributes, mimic, limits, friction, ignored geometry counts.")
       .def_readonly("root_link", &Urdf::root_link);
-  const py::tuple none = py::make_tuple(0.0, 0.0, 0.0);
   const std::map<std::string, double> no_rotors;
   const char* const options =
       R"(Reads a mechanism from {}.
 
-base: 'fixed' or 'free', how the root link is carried. gravity: world axes [m/s^2]. massless_links: a link without
+base: 'fixed' or 'free', how the root link is carried. gravity: world axes [m/s^2], by default none,
+of which a note tells where the base is fixed. massless_links: a link without
 <inertial> is a massless frame instead of an error. rotor_inertia: [kg m^2 | kg] by joint name. use_damping: <dynamics
 damping> becomes viscous joint damping. Raises InvalidArgument 'file:line: ...' for a missing file, broken XML, missing or malformed
 numbers, unknown joint types, several root links, cycles, and everything MechanismBuilder refuses.)";
@@ -234,10 +241,11 @@ numbers, unknown joint types, several root links, cycles, and everything Mechani
       "read_urdf",
       [](py::object path, const std::string& base, py::object gravity, bool massless,
          const std::map<std::string, double>& rotors, bool accept, bool damping) {
-        return urdf(read_urdf(std::string(py::str(path)),
-                              options_of(base, gravity, massless, rotors, accept, damping)));
+        const std::string file = py::str(path);
+        const auto o = options_of(base, gravity, massless, rotors, accept, damping);
+        return urdf(read_urdf(file, o), file, base, gravity);
       },
-      py::arg("path"), py::kw_only(), py::arg("base") = "fixed", py::arg("gravity") = none,
+      py::arg("path"), py::kw_only(), py::arg("base") = "fixed", py::arg("gravity") = py::none(),
       py::arg("massless_links") = false, py::arg("rotor_inertia") = no_rotors,
       py::arg("accept_unphysical_inertia") = false, py::arg("use_damping") = true, of_file.c_str());
   m.def(
@@ -245,11 +253,11 @@ numbers, unknown joint types, several root links, cycles, and everything Mechani
       [](const std::string& text, const std::string& name, const std::string& base,
          py::object gravity, bool massless, const std::map<std::string, double>& rotors,
          bool accept, bool damping) {
-        return urdf(
-            parse_urdf(text, name, options_of(base, gravity, massless, rotors, accept, damping)));
+        const auto o = options_of(base, gravity, massless, rotors, accept, damping);
+        return urdf(parse_urdf(text, name, o), name, base, gravity);
       },
       py::arg("text"), py::arg("name") = "<text>", py::kw_only(), py::arg("base") = "fixed",
-      py::arg("gravity") = none, py::arg("massless_links") = false,
+      py::arg("gravity") = py::none(), py::arg("massless_links") = false,
       py::arg("rotor_inertia") = no_rotors, py::arg("accept_unphysical_inertia") = false,
       py::arg("use_damping") = true, of_text.c_str());
 }

@@ -7,17 +7,19 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <cmath>
-#include <set>
+#include <map>
+#include <variant>
 
 #include "phs/network/network.h"
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/interruptible.h"
 #include "python/keywords.h"
+#include "python/run_file.h"
 #include "scene/compare/compare.h"
 #include "scene/files/files.h"
-#include "scene/files/hdf5_reader.h"
 #include "scene/plot/motion.h"
+#include "scene/read/changed_scene.h"
 #include "scene/run/columns.h"
 #include "scene/run/statistics.h"
 #include "scene/session/extension.h"
@@ -136,6 +138,16 @@ py::tuple compare_methods(const Scene& s, const Assembly& a,
   return py::make_tuple(comparison_json(s, c), comparison_table(s, c));
 }
 
+using Changes = std::map<std::string, std::variant<double, std::vector<double>>>;
+std::vector<Replacement> replacements(const Changes& changes) {
+  std::vector<Replacement> all;
+  for (const auto& [key, value] : changes) {
+    const double* one = std::get_if<double>(&value);
+    all.push_back({key, one ? std::vector{*one} : std::get<std::vector<double>>(value)});
+  }
+  return all;
+}
+
 Assembly assembly_from(std::shared_ptr<const phs::Model> model, py::object x) {
   const auto start = numbers("x", x, size_t(model->description().nx));
   Assembly a = assembly_of(model, start);
@@ -144,47 +156,6 @@ Assembly assembly_from(std::shared_ptr<const phs::Model> model, py::object x) {
     a.mechanical = std::move(m);
   }
   return a;
-}
-
-void bind_reader(py::module_& m) {
-  py::class_<Hdf5Reader>(m, "RunFile", "The run.h5 of a run.")
-      .def(py::init([](py::object path) {
-             return std::make_unique<Hdf5Reader>(std::string(py::str(path)));
-           }),
-           arg("path"))
-      .def_property_readonly(
-          "names",
-          [](const Hdf5Reader& f) {
-            std::vector<std::string> names;
-            for (const auto& [name, d] : f.datasets()) names.push_back(name);
-            return names;
-          },
-          "Every dataset, 'state/elbow', 'energy_error', ...")
-      .def(
-          "read",
-          [](const Hdf5Reader& f, const std::string& name) -> py::object {
-            const auto& d = f.dataset(name);
-            if (d.kind == Hdf5Reader::Kind::text) return py::str(f.text(name));
-            const Shape shape(d.shape.begin(), d.shape.end());
-            if (d.kind == Hdf5Reader::Kind::integer) {
-              py::array_t<std::int64_t> a(shape);
-              f.read(name, a.mutable_data());
-              return a;
-            }
-            py::array_t<double> a(shape);
-            f.read(name, a.mutable_data());
-            return a;
-          },
-          arg("name"), "A dataset as an array, or its text.")
-      .def(
-          "attributes",
-          [](const Hdf5Reader& f, const std::string& object) {
-            py::dict all;
-            for (const auto& [name, text] : f.texts(object)) all[py::str(name)] = text;
-            for (const auto& [name, x] : f.numbers(object)) all[py::str(name)] = x;
-            return all;
-          },
-          arg("object") = "/", "Attributes of a dataset or group ('/': of the file).");
 }
 
 py::dict statistics_of(const std::vector<double>& errors) {
@@ -278,6 +249,18 @@ void bind_scene(py::module_& m) {
           "initial", [](const Assembly& a) { return a.initial; },
           "Where a run begins; relative to the centre of mass where that moves "
           "in closed form, see in_world().")
+      .def_property_readonly(
+          "start",
+          [](const Assembly& a) {
+            return as_array(phs::with_turns(a.model->description(), a.initial));
+          },
+          "The numbers of `initial`, nx, angles with their turns.")
+      .def_property_readonly(
+          "mechanical",
+          [](const Assembly& a) {
+            return std::const_pointer_cast<mechanics::MechanicalModel>(a.mechanical);
+          },
+          "The model of the mechanism alone, with its constraints; None without a mechanism.")
       .def(
           "in_world",
           [](const Assembly& a, double t, const phs::State& s) { return WorldView(a)(t, s); },
@@ -292,15 +275,16 @@ void bind_scene(py::module_& m) {
   m.def(
       "read_scene",
       [](py::object path, std::optional<std::string> method, std::optional<double> step,
-         std::optional<double> duration) {
-        Scene s = read_scene(std::string(py::str(path)));
+         std::optional<double> duration, const Changes& change) {
+        const std::string file = py::str(path);
+        Scene s = change.empty() ? read_scene(file) : read_changed(file, replacements(change));
         apply(s, {method, step, duration});
         return s;
       },
       arg("path"), py::kw_only(), arg("method") = py::none(), arg("step") = py::none(),
-      arg("duration") = py::none(),
-      "Reads and validates a scene. InvalidArgument, one sentence 'file:line:column: ...', for "
-      "whatever is wrong in it.");
+      arg("duration") = py::none(), arg("change") = Changes{},
+      "Reads and validates a scene. change: numbers by keys as [ensemble.vary] has them. "
+      "InvalidArgument, one sentence 'file:line:column: ...', for whatever is wrong in it.");
   m.def("assemble", &assemble, arg("scene"));
   m.def("assembly_of", &assembly_from, arg("model"), arg("x"),
         "A system of the user's own instead of a model file, from the state x at time 0.");
@@ -342,9 +326,9 @@ void bind_scene(py::module_& m) {
   m.def("error_statistics", &statistics_of, arg("errors"),
         "Growth and drift of a series of errors at equal intervals of time, as runs are judged: "
         "max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 "
-        "or so) and drift_is_significant (means over parts of the series, beyond five standard errors of "
-        "a random walk).");
-  bind_reader(m);
+        "or so) and drift_is_significant (means over parts of the series, beyond five standard "
+        "errors of a random walk).");
+  bind_run_file(m);
 }
 
 }  // namespace porthos::python

@@ -10,6 +10,8 @@ import warnings
 from pathlib import Path
 from typing import Any, Callable, Mapping, Sequence, Union
 
+import numpy as np
+
 from . import _core
 from ._core import InvalidArgument, Model, SceneData
 from .ensembles import EnsembleResult, open_ensemble
@@ -27,25 +29,40 @@ def _name_of(path: Path) -> str:
     return folder if path.name == "scene.toml" and folder else path.stem
 
 
+def _numbers(change: Mapping[str, Any]) -> dict[str, Any]:
+    """Numbers, and lists of them."""
+    try:
+        rows = {key: np.asarray(value, dtype=np.float64) for key, value in change.items()}
+    except (TypeError, ValueError, AttributeError):
+        rows = {"": np.empty((0, 0))}
+    if any(row.ndim > 1 for row in rows.values()):
+        raise InvalidArgument(f"change is {change!r}, expected numbers, or rows of them, by key: " + '{"controller[0].joints.elbow.effort": 20}')
+    return {key: row.tolist() for key, row in rows.items()}
+
+
 class Scene:
     """A scene file: one TOML file that describes a run completely (docs/scene.md).
 
     method, step [s] and duration [s] replace those of the file. `data` holds the rest, to be changed before a run.
+    change: numbers, or rows of them, in place of those of the file, by keys as [ensemble.vary] has them:
+    {"controller[0].joints.elbow.effort": 20}; places in [[...]] count from 0. Results have them in their scene.
     case: one of its [ensemble], from 0, as a scene by itself; then path may also be the results folder of the ensemble.
     Raises InvalidArgument, one sentence "file:line:column: ...".
     """
 
     def __init__(self, path: PathLike, *, method: str | None = None, step: float | None = None, duration: float | None = None,
-                 case: int | None = None):
+                 case: int | None = None, change: Mapping[str, float | Sequence[float]] | None = None):
         self.path = Path(path)
         self._suffix = "" if case is None else f"_case_{case}"
-        self.data: SceneData = (_core.read_scene(self.path, method=method, step=step, duration=duration) if case is None else
+        if change and case is not None:
+            raise InvalidArgument("change is given besides case, expected one of both")
+        self.data: SceneData = (_core.read_scene(self.path, method=method, step=step, duration=duration, change=_numbers(change or {})) if case is None else
                                 _core.scene_of_case(self.path, case, method=method, step=step, duration=duration))
         self._assembly: _core.Assembly | None = None
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name not in ("path", "data", "_suffix", "_assembly"):
-            raise InvalidArgument(f"a Scene has no '{name}' to be set, expected Scene(path, method=, step=, duration=), or data.{name} where there is one")
+            raise InvalidArgument(f"a Scene has no '{name}' to be set, expected Scene(path, method=, step=, duration=, change=), or data.{name} where there is one")
         super().__setattr__(name, value)
 
     @property

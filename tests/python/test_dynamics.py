@@ -137,6 +137,13 @@ def test_empty_batches(pendulum):
     assert ph.aba(pendulum, np.empty((0, 2)), np.empty((0, 2))).shape == (0, 2)
 
 
+def test_a_fixed_base_without_gravity_has_a_note(source):
+    urdf = source / "examples/ets_vii/ets_vii.urdf"
+    notes = lambda **given: " ".join(map(str, ph.read_urdf(urdf, accept_unphysical_inertia=True, **given).notes))
+    says = "there is no gravity, for none is stated: expected gravity=(0, 0, -9.81)"
+    assert says in notes() and not any(says in notes(**given) for given in (dict(gravity=(0, 0, 0)), dict(gravity=(0, 0, -9.81)), dict(base="free")))
+
+
 def test_builders_and_readers_refuse(source, tmp_path):
     refused(lambda: ph.BodySpec(nane="a"), "BodySpec", "nane")
     refused(lambda: ph.JointSpec(axis=(0, 1)), "axis has 2 numbers, expected 3")

@@ -113,7 +113,26 @@ def test_damaged_files_say_so(short_run, tmp_path):
 
 def test_a_scene_takes_no_attribute_of_ones_own(source):
     scene = ph.Scene(source / "examples/double_pendulum/scene.toml")
-    refused(lambda: setattr(scene, "step", 0.05), "a Scene has no 'step' to be set, expected Scene(path, method=, step=, duration=)", most=300)
+    refused(lambda: setattr(scene, "step", 0.05), "a Scene has no 'step' to be set, expected Scene(path, method=, step=, duration=, change=)", most=300)
+
+
+def test_numbers_of_a_scene_are_changed(source, tmp_path):
+    path = source / "examples/furuta_swing_up/scene.toml"
+    names = [c.title for c in ph.Scene(path).certificates]
+    balance = next(k for k, n in enumerate(names) if "linear-quadratic" in n)
+    key = f"controller[{balance}].joints.turn.effort"
+    gains = [ph.Scene(path, change={key: w}).certificates[balance].item("gains of turn.torque").numbers for w in (10, 20)]
+    assert np.abs(np.subtract(*gains)).max() > 0.01 * np.abs(gains[0]).max()
+    short = dict(duration=0.5, change={"initial.joints.swing.position": 0.25})
+    ph.Scene(path, **short).run(tmp_path / "run", progress=False)
+    assert ph.Scene(path, **short).assembly.start[1] == 0.25 != ph.Scene(path).assembly.start[1]
+    held = ph.RunFile(tmp_path / "run/run.h5").read("provenance/scene")
+    assert "position = 0.25" in held and "position = 0.25" not in path.read_text(), "results hold what was run"
+    refused(lambda: ph.Scene(path, change={key.replace("effort", "efort"): 1}), key.replace("effort", "efort"), "the nearest known one is 'effort'", most=400)
+    refused(lambda: ph.Scene(path, change={"contrller[0].rate": 1}), "the scene has no 'contrller', the nearest known key is 'controller'")
+    refused(lambda: ph.Scene(path, change={"controller[7].rate": 1}), "'controller' has the places 0 to 1")
+    refused(lambda: ph.Scene(path, change={key: "a lot"}), "expected numbers, or rows of them, by key")
+    refused(lambda: ph.Scene(path, change={key: 1}, case=0), "change is given besides case")
 
 
 def test_a_scene_with_events_has_phases(source, tmp_path):

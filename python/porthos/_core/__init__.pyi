@@ -1315,6 +1315,14 @@ class Assembly:
     def initial(self) -> State:
         """Where a run begins; relative to the centre of mass where that moves in closed form, see in_world()."""
         ...
+    @property
+    def start(self) -> NDArray[numpy.float64]:
+        """The numbers of `initial`, nx, angles with their turns."""
+        ...
+    @property
+    def mechanical(self) -> MechanicalModel:
+        """The model of the mechanism alone, with its constraints; None without a mechanism."""
+        ...
     def in_world(self, t: float, state: State) -> State:
         """A state of the model at time t [s] as the world sees it: places and momenta with those of the centre of mass, where that moves in closed form; else the state itself."""
         ...
@@ -1496,20 +1504,22 @@ def joint_type_names() -> list[str]:
     """Names of all joint types a user may ask for."""
     ...
 
-def read_urdf(path: Any, *, base: str = 'fixed', gravity: Any = (0.0, 0.0, 0.0), massless_links: bool = False, rotor_inertia: dict[str, float] = {}, accept_unphysical_inertia: bool = False, use_damping: bool = True) -> UrdfResult:
+def read_urdf(path: Any, *, base: str = 'fixed', gravity: Any = None, massless_links: bool = False, rotor_inertia: dict[str, float] = {}, accept_unphysical_inertia: bool = False, use_damping: bool = True) -> UrdfResult:
     """Reads a mechanism from a URDF file.
 
-    base: 'fixed' or 'free', how the root link is carried. gravity: world axes [m/s^2]. massless_links: a link without
+    base: 'fixed' or 'free', how the root link is carried. gravity: world axes [m/s^2], by default none,
+    of which a note tells where the base is fixed. massless_links: a link without
     <inertial> is a massless frame instead of an error. rotor_inertia: [kg m^2 | kg] by joint name. use_damping: <dynamics
     damping> becomes viscous joint damping. Raises InvalidArgument 'file:line: ...' for a missing file, broken XML, missing or malformed
     numbers, unknown joint types, several root links, cycles, and everything MechanismBuilder refuses.
     """
     ...
 
-def parse_urdf(text: str, name: str = '<text>', *, base: str = 'fixed', gravity: Any = (0.0, 0.0, 0.0), massless_links: bool = False, rotor_inertia: dict[str, float] = {}, accept_unphysical_inertia: bool = False, use_damping: bool = True) -> UrdfResult:
+def parse_urdf(text: str, name: str = '<text>', *, base: str = 'fixed', gravity: Any = None, massless_links: bool = False, rotor_inertia: dict[str, float] = {}, accept_unphysical_inertia: bool = False, use_damping: bool = True) -> UrdfResult:
     """Reads a mechanism from the text of a URDF file; `name` stands for the file in messages.
 
-    base: 'fixed' or 'free', how the root link is carried. gravity: world axes [m/s^2]. massless_links: a link without
+    base: 'fixed' or 'free', how the root link is carried. gravity: world axes [m/s^2], by default none,
+    of which a note tells where the base is fixed. massless_links: a link without
     <inertial> is a massless frame instead of an error. rotor_inertia: [kg m^2 | kg] by joint name. use_damping: <dynamics
     damping> becomes viscous joint damping. Raises InvalidArgument 'file:line: ...' for a missing file, broken XML, missing or malformed
     numbers, unknown joint types, several root links, cycles, and everything MechanismBuilder refuses.
@@ -1651,8 +1661,8 @@ def place_spring(stiffness: float, rest: list[float] = ...) -> BlockPotential:
 
 def constant(value: float) -> Function: ...
 
-def sine(amplitude: float, frequency_Hz: float, phase: float = 0.0) -> Function:
-    """amplitude sin(2 pi frequency t + phase)"""
+def sine(amplitude: float, frequency_Hz: float, phase: float = 0.0, offset: float = 0.0) -> Function:
+    """offset + amplitude sin(2 pi frequency t + phase)"""
     ...
 
 def profile(t: list[float], value: list[float]) -> Function:
@@ -1720,8 +1730,8 @@ def add_method(name: str, step: Callable[..., Any], *, order: int, title: str = 
     """
     ...
 
-def read_scene(path: Any, *, method: Optional[str] = None, step: Optional[float] = None, duration: Optional[float] = None) -> SceneData:
-    """Reads and validates a scene. InvalidArgument, one sentence 'file:line:column: ...', for whatever is wrong in it."""
+def read_scene(path: Any, *, method: Optional[str] = None, step: Optional[float] = None, duration: Optional[float] = None, change: dict[str, Union[float, list[float]]] = {}) -> SceneData:
+    """Reads and validates a scene. change: numbers by keys as [ensemble.vary] has them. InvalidArgument, one sentence 'file:line:column: ...', for whatever is wrong in it."""
     ...
 
 def assemble(scene: SceneData) -> Assembly: ...
@@ -1808,8 +1818,8 @@ def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'ga
     "<joint>.rotor_inertia", ".stiffness", ".damping", ".rest", and "<element>.factor", a factor on the force of an element of a
     network; networks with controllers or wrenches have none. memory: bytes for stages and checkpoints.
 
-    Raises InvalidArgument for a method that is not Gauss collocation, a model with constraints or sampled controllers, and
-    RuntimeError where a step or its adjoint does not converge.
+    Raises InvalidArgument for a method that is neither Gauss collocation nor a composition of it, a model with constraints or
+    sampled controllers, and RuntimeError where a step or its adjoint does not converge.
     """
     ...
 
