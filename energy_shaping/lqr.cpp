@@ -157,6 +157,8 @@ void Lqr::design(const std::vector<int>& at, const LqrWeights& weights) {
     fastest_ = std::fmin(fastest_, 1 / std::abs(z));
     slowest_ = std::fmax(slowest_, -1 / z.real());
   }
+  A_ = std::move(A);
+  B_ = std::move(B);
   report_gains();
   certify_modes(certificate_, modes, 1e-9, "real part, of the linearised loop [1/s]");
 }

@@ -33,6 +33,11 @@ class Lqr {
   Lqr(std::shared_ptr<const mechanics::MechanicalModel> plant, std::vector<std::string> actuators,
       std::vector<double> rest, const LqrWeights& weights, std::vector<bool> periodic = {});
 
+  /// Adds the condition "sampled": the largest |z| of the linearised loop whose u is held over
+  /// `period` [s] and comes `delay` periods after what it is made from is at most 1. z are the
+  /// eigenvalues of one period, exact for the linear loop. For set-up: some ms
+  /// @throws InvalidArgument where it fails: it names the rate and one that would do
+  void certify_sampled(double period, int delay = 0);
   const Certificate& certificate() const { return certificate_; }
   const phs::Matrix& gains() const { return K_; }           ///< m × 2n, on (q - q*, p)
   const std::vector<double>& effort() const { return u_; }  ///< u*, of each actuator
@@ -64,7 +69,7 @@ class Lqr {
   std::vector<std::string> actuators_;
   std::vector<double> rest_, u_;
   std::vector<bool> periodic_;
-  phs::Matrix K_, P_;
+  phs::Matrix A_, B_, K_, P_;  ///< of x' = A x + B u, u = -K x about the rest, and of the cost
   double fastest_ = 0, slowest_ = 0;  ///< time constants of the linearised loop [s]
   Certificate certificate_;
 };

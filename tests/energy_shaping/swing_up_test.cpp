@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <complex>
 #include <numbers>
 #include <random>
 
@@ -183,6 +184,58 @@ TEST(Lqr, TellsItsGains) {
   EXPECT_GT(std::fabs(k.numbers[1] - lqr.gains()(0, 1)), 0.05 * std::fabs(k.numbers[1]));
   EXPECT_NE(k.text.find("pivot "), std::string::npos) << k.text;
   EXPECT_NE(k.text.find("pivot' "), std::string::npos) << k.text;
+}
+
+/// The pendulum about the upright, θ'' = 9.81/1.1 θ + u/1.1 with u = -K (θ, p) held for h: the
+/// largest |z| in closed form, and the growth of its recursion with a delay of one period.
+TEST(Lqr, CertifiesItsSampledLoop) {
+  const auto at = [](double h, int delay, const phs::Matrix& K) {
+    const double I = 1.1, a = 9.81, w = std::sqrt(a / I), c = std::cosh(w * h),
+                 s = std::sinh(w * h), G[2] = {(c - 1) / a, s / w};
+    const double F[2][2] = {{c, s / (I * w)}, {I * w * s, c}};
+    if (delay == 0) {
+      const double A = F[0][0] - G[0] * K(0, 0), B = F[0][1] - G[0] * K(0, 1),
+                   C = F[1][0] - G[1] * K(0, 0), D = F[1][1] - G[1] * K(0, 1);
+      const std::complex<double> root = std::sqrt(std::complex((A - D) * (A - D) / 4 + B * C));
+      return std::max(std::abs((A + D) / 2 + root), std::abs((A + D) / 2 - root));
+    }
+    double x = 1, p = 0, u = 0, size = 0;
+    for (int k = 0; k < 4000; ++k) {
+      const double next = -K(0, 0) * x - K(0, 1) * p, x0 = x;
+      x = F[0][0] * x0 + F[0][1] * p + G[0] * u;
+      p = F[1][0] * x0 + F[1][1] * p + G[1] * u;
+      u = next;
+      const double now = std::hypot(x, p);
+      if (k >= 2000) size += std::log(now);
+      x /= now, p /= now, u /= now;
+    }
+    return std::exp(size / 2000);
+  };
+  const LqrWeights weights{{10}, {1}, {1}};
+  double worst = 0, delayed = 0, wrong = 0;
+  for (const double rate : {20.0, 50.0, 400.0}) {
+    Lqr lqr(pendulum(), {"pivot.torque"}, {pi}, weights), late = lqr;
+    lqr.certify_sampled(1 / rate);
+    late.certify_sampled(1 / rate, 1);
+    const double z = lqr.certificate().item("sampled").value;
+    worst = std::max(worst, std::fabs(z - at(1 / rate, 0, lqr.gains())));
+    delayed = std::max(delayed, std::fabs(late.certificate().item("sampled").value -
+                                          at(1 / rate, 1, lqr.gains())));
+    const auto modes = lqr.certificate().item("rightmost eigenvalue").value;
+    wrong = std::max(wrong, std::fabs(z - std::exp(modes / rate)));
+  }
+  test::keeps("largest |z| without delay, off the closed form", worst, 1e-12);
+  test::keeps("with a delay of one period, off the growth of its recursion", delayed, 2e-3);
+  test::breaks("control: exp of the continuous eigenvalue", wrong, 1e-3);
+  // The rate that is named would do; one a fiftieth lower would not.
+  Lqr slow(pendulum(), {"pivot.torque"}, {pi}, weights);
+  const std::string why = words_of([&] { slow.certify_sampled(1 / 2.0); });
+  const size_t found = why.find("a rate of ");
+  ASSERT_NE(found, std::string::npos) << why;
+  EXPECT_NE(why.find("rate = 2 Hz"), std::string::npos) << why;
+  const double named = std::stod(why.substr(found + 10));
+  EXPECT_EQ(words_of([&] { Lqr(slow).certify_sampled(1 / named); }), "");
+  EXPECT_NE(words_of([&] { Lqr(slow).certify_sampled(1.02 / named); }), "");
 }
 
 TEST(Lqr, LosesItsCostToGoUpToTheLevelAndNotBeyond) {

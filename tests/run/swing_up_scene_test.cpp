@@ -96,6 +96,22 @@ then = "hold"
 
 }  // namespace
 
+/// A rate too low for an lqr is refused at its line; that of the example holds.
+TEST(SwingUpScene, TheSampledLoopIsCertified) {
+  TemporaryFolder folder;
+  const auto a = scene::assemble(shipped(folder, "furuta_swing_up"));
+  double z = 2;
+  for (const auto& c : a.certificates)
+    if (c.has("sampled")) z = c.item("sampled").value;
+  test::keeps("largest |z| of the example at 500 Hz", z, 1);
+  std::string slow = "rate = 12.5";
+  const std::string why =
+      refusal("furuta_swing_up", {{"rate = 500.0", slow}, {"rate = 500.0", slow}});
+  EXPECT_TRUE(has(why, "sampled fails: "));
+  EXPECT_TRUE(has(why, "at rate = 12.5 Hz, whose torques are held: a rate of "));
+  EXPECT_TRUE(has(why, "scene.toml:"));
+}
+
 /// Friction without actuator holds the four gains below the upright; a pump pays for it. The user
 /// comes there by the notes alone.
 TEST(SwingUpScene, WithFrictionTheNotesLeadToTheUpright) {

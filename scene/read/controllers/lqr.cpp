@@ -43,7 +43,8 @@ ControllerDesign design_lqr(const Controller& c, const ControllerPlant& plant,
     limits.push_back(j.limit);
   }
   const auto lqr =
-      std::make_shared<const energy_shaping::Lqr>(plant.model, actuators, rest, weights, periodic);
+      std::make_shared<energy_shaping::Lqr>(plant.model, actuators, rest, weights, periodic);
+  if (c.rate > 0) lqr->certify_sampled(1 / c.rate, c.sensing.delay);
   ControllerDesign made{lqr->port_laws(limits), lqr->certificate()};
   const auto takes_over = [&](const Controller& other) {
     return other.then && other.then->by == c.name;
