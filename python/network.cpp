@@ -97,9 +97,12 @@ void bind_elements(py::module_& m) {
   m.def(
       "constant", [](double v) { return mutable_ptr(constant(v)); }, arg("value"));
   m.def(
-      "sine", [](double a, double f, double phase) { return mutable_ptr(sine(a, f, phase)); },
-      arg("amplitude"), arg("frequency_Hz"), arg("phase") = 0.0,
-      "amplitude sin(2 pi frequency t + phase)");
+      "sine",
+      [](double a, double f, double phase, double offset) {
+        return mutable_ptr(sine(a, f, phase, offset));
+      },
+      arg("amplitude"), arg("frequency_Hz"), arg("phase") = 0.0, arg("offset") = 0.0,
+      "offset + amplitude sin(2 pi frequency t + phase)");
   m.def(
       "profile",
       [](const std::vector<double>& t, const std::vector<double>& v) {

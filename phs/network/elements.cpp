@@ -258,14 +258,15 @@ FunctionPtr constant(double value) {
   return of_time_alone(function([value](auto t) { return decltype(t)(value); }));
 }
 
-FunctionPtr sine(double amplitude, double frequency_Hz, double phase) {
+FunctionPtr sine(double amplitude, double frequency_Hz, double phase, double offset) {
   require(true, "sine source", "amplitude", amplitude, "a finite number");
   require(true, "sine source", "frequency", frequency_Hz, "a finite number of Hz");
   require(true, "sine source", "phase", phase, "a finite number of rad");
+  require(true, "sine source", "offset", offset, "a finite number");
   const double omega = 2 * std::numbers::pi * frequency_Hz;
   return of_time_alone(function([=](auto t) {
     using T = decltype(t);
-    return T(amplitude) * sin(T(omega) * t + T(phase));
+    return T(offset) + T(amplitude) * sin(T(omega) * t + T(phase));
   }));
 }
 

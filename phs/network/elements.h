@@ -52,8 +52,8 @@ Potential soft_limits(double lower, double upper, double k);
 
 /// v(t) = value.
 FunctionPtr constant(double value);
-/// amplitude · sin(2π frequency t + phase)
-FunctionPtr sine(double amplitude, double frequency_Hz, double phase = 0);
+/// offset + amplitude · sin(2π frequency t + phase)
+FunctionPtr sine(double amplitude, double frequency_Hz, double phase = 0, double offset = 0);
 /// Values at times t: a natural cubic spline between them, outside the first and last value.
 /// @throws InvalidArgument as tabulated_spring()
 FunctionPtr profile(const std::vector<double>& t, const std::vector<double>& value);

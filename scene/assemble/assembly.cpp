@@ -222,6 +222,9 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
   auto start = start_of(scene, a);
   if (!start.note.empty()) a.notes.push_back({scene.path, start.note});
   a.initial = std::move(start.state);
+  const phs::Description& d = a.model->description();
+  for (const auto& jump : command_jumps(scene.actuators, d, phs::with_turns(d, a.initial)))
+    a.notes.push_back({"", jump});
   check_overlaps(scene, *a.model, a.initial);
   const auto depths = notes_on_depths(scene, *a.model, a.initial);
   a.notes.insert(a.notes.end(), depths.begin(), depths.end());

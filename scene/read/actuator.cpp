@@ -256,4 +256,25 @@ std::vector<std::pair<std::string, std::vector<double>>> start_actuators(
   return list;
 }
 
+std::vector<std::string> command_jumps(const std::vector<JointActuator>& actuators,
+                                       const phs::Description& description,
+                                       std::span<const double> x) {
+  std::vector<std::string> notes;
+  for (const auto& j : actuators) {
+    const ActuatorPlace place = place_of(j, description);
+    const auto look = [&](const char* motor, const vsa::Drive& drive, int at) {
+      if (drive.kind != vsa::Drive::Kind::position || at < 0) return;
+      const double start = x[size_t(at)], command = (*drive.command)(0.0);
+      if (!(std::fabs(command - start) > 0.1)) return;
+      notes.push_back(fmt::format(
+          "{}: actuator '{}': its {} starts at {:.4g} and the command at {:.4g}, a jump: expected "
+          "start = {:.4g}, or a command that begins at the start (a sine has the key offset)",
+          j.where, j.name, motor, start, command, command));
+    };
+    look("theta", j.actuator.theta, place.theta);
+    look("sigma", j.actuator.sigma, place.sigma);
+  }
+  return notes;
+}
+
 }  // namespace porthos::scene

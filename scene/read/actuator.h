@@ -47,4 +47,10 @@ std::vector<std::pair<std::string, std::vector<double>>> start_actuators(
     const mechanics::MechanicalModel& model, const std::vector<JointActuator>& actuators,
     std::span<const double> q);
 
+/// Notes on motors driven by position whose command at t = 0 is more than 0.1 (rad, of σ in its
+/// unit) from where they start in the state x.
+std::vector<std::string> command_jumps(const std::vector<JointActuator>& actuators,
+                                       const phs::Description& description,
+                                       std::span<const double> x);
+
 }  // namespace porthos::scene

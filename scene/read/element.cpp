@@ -62,7 +62,8 @@ phs::FunctionPtr read_signal(const Table& t, const std::string& unit, double* pe
   if (t.has("constant")) return phs::constant(t.number("constant", unit));
   if (t.has("sine")) {
     const Table s = t.table("sine");
-    return phs::sine(s.number("amplitude", unit), s.number("frequency"), s.number("phase"));
+    return phs::sine(s.number("amplitude", unit), s.number("frequency"), s.number("phase"),
+                     s.number("offset"));
   }
   const Table p = t.table("profile");
   return phs::profile(p.list("times"), p.list("values", unit));

@@ -62,8 +62,8 @@ struct Element {
 /// Reads the [[element]] tables. @throws InvalidArgument as read_scene()
 std::vector<Element> read_elements(const Table& scene);
 
-/// A signal in time: one of the keys constant, sine = { amplitude, frequency, phase }, profile = {
-/// times, values }, file = { path, time, value, between }.
+/// A signal in time: one of the keys constant, sine = { amplitude, frequency, phase, offset },
+/// profile = { times, values }, file = { path, time, value, between }.
 /// @param period  gets the length of the pieces of a held signal [s]; null: such a one is refused
 phs::FunctionPtr read_signal(const Table& t, const std::string& unit, double* period = nullptr);
 

@@ -85,7 +85,7 @@ inline Keys law_keys(std::vector<std::string> laws, const char* stiffness,
 inline Keys signal_keys(const char* unit) {
   return {
       number("constant", unit, "one of the four", "always the same"),
-      table("sine", "sine", "one of the four", "{ amplitude, frequency, phase }"),
+      table("sine", "sine", "one of the four", "{ amplitude, frequency, phase, offset }"),
       table("profile", "profile", "one of the four",
             "{ times, values }, a smooth curve through them"),
       table("file", "signal_file", "one of the four", "{ path, time, value }, from a CSV file")};

@@ -1,4 +1,6 @@
 // [[actuator]] in scenes: what it makes, and the sentence for each mistake.
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <fstream>
 
@@ -46,6 +48,39 @@ TEST_F(Scenes, StartAtTheJointsAngle) {
   const auto lower = assembly(elbow + "family = \"cosh\"\nparameters = { a = 6.0, k = 0.02 }\n" +
                               "theta = { drive = \"fixed\", start = 0.1 }\n" + held);
   EXPECT_EQ(lower.initial.x[at + 1], 0.1);
+}
+
+/// offset + amplitude sin(2π f t + phase), and the note on a command that begins elsewhere.
+TEST_F(Scenes, CommandsByPositionBeginAtTheStart) {
+  const auto of = [&](const std::string& sine, double start) {
+    return qbmove + held +
+           fmt::format(
+               "theta = {{ drive = \"position\", start = {}, inertia = 0.01, kp = 20, kd = 1, "
+               "command = {{ sine = {{ amplitude = 0.2, frequency = 0.5{} }} }} }}\n",
+               start, sine);
+  };
+  const auto notes = [](const scene::Assembly& a) {
+    std::string all;
+    for (const auto& n : a.notes) all += n.text + "\n";
+    return all;
+  };
+  const std::string jump = notes(assembly(of("", 0.3)));
+  EXPECT_NE(jump.find("its theta starts at 0.3 and the command at 0, a jump: expected start = 0"),
+            std::string::npos)
+      << jump;
+  EXPECT_NE(jump.find("scene.toml:6:1: actuator 'elbow.actuator'"), std::string::npos) << jump;
+  const std::string none = notes(assembly(of(", offset = 0.3", 0.3)));
+  EXPECT_EQ(none.find("a jump"), std::string::npos) << none;
+  const auto s = scene::read_scene((folder_ / "scene.toml").string());
+  const auto& command = *s.actuators[0].actuator.theta.command;
+  double worst = 0, wrong = 0;
+  for (const double t : {0.0, 0.3, 1.7}) {
+    const double mean_free = 0.2 * std::sin(M_PI * t);
+    worst = std::max(worst, std::fabs(command(t) - (0.3 + mean_free)));
+    wrong = std::max(wrong, std::fabs(command(t) - mean_free));
+  }
+  keeps("sine with an offset, off the closed form", worst, 1e-15);
+  breaks("control: without its offset", wrong, 0.1);
 }
 
 TEST_F(Scenes, TablesAreReadFromTheScenesFolder) {
