@@ -224,7 +224,7 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
   a.initial = std::move(start.state);
   const phs::Description& d = a.model->description();
   for (const auto& jump : command_jumps(scene.actuators, d, phs::with_turns(d, a.initial)))
-    a.notes.push_back({"", jump});
+    a.notes.push_back({jump.substr(0, jump.find(": ")), jump.substr(jump.find(": ") + 2)});
   check_overlaps(scene, *a.model, a.initial);
   const auto depths = notes_on_depths(scene, *a.model, a.initial);
   a.notes.insert(a.notes.end(), depths.begin(), depths.end());

@@ -61,14 +61,15 @@ TEST_F(Scenes, CommandsByPositionBeginAtTheStart) {
   };
   const auto notes = [](const scene::Assembly& a) {
     std::string all;
-    for (const auto& n : a.notes) all += n.text + "\n";
+    for (const auto& n : a.notes) all += n.where + ": " + n.text + "\n";
     return all;
   };
   const std::string jump = notes(assembly(of("", 0.3)));
   EXPECT_NE(jump.find("its theta starts at 0.3 and the command at 0, a jump: expected start = 0"),
             std::string::npos)
       << jump;
-  EXPECT_NE(jump.find("scene.toml:6:1: actuator 'elbow.actuator'"), std::string::npos) << jump;
+  EXPECT_NE(jump.find("scene.toml:6:1: actuator 'elbow.actuator': its theta"), std::string::npos)
+      << jump;
   const std::string none = notes(assembly(of(", offset = 0.3", 0.3)));
   EXPECT_EQ(none.find("a jump"), std::string::npos) << none;
   const auto s = scene::read_scene((folder_ / "scene.toml").string());
