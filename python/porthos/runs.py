@@ -240,7 +240,7 @@ def film(results: PathLike, out: PathLike | None = None, *, start: float | None 
 
     results: a folder of results, or a report.html. out: film.mp4 in that folder unless given. start, end [s]; speed in simulated seconds per second, the
     whole in 20 s unless given. camera: iso, x, y or z. follow: place, base or world; unless given the world
-    with trail, else the place. trail: the whole paths of the arms' ends, not their last part.
+    with trail and where a contact touches it, else the place. trail: the whole paths of the arms' ends, not their last part.
     text: the time in a corner. Raises InvalidArgument for a report without a playback, a bad option, or if no browser is found.
     """
     page = Path(results)
@@ -251,7 +251,7 @@ def film(results: PathLike, out: PathLike | None = None, *, start: float | None 
     elif not page.is_file():
         raise InvalidArgument(f"{page} is no folder of results and no report.html")
     out = Path(out) if out is not None else page.parent / "film.mp4"
-    _core.write_film(str(page), str(out), size, start, end, speed, camera, follow or ("world" if trail else "place"), orbit, arrows, dark, trail, text)
+    _core.write_film(str(page), str(out), size, start, end, speed, camera, follow or ("world" if trail else ""), orbit, arrows, dark, trail, text)
     return out
 
 

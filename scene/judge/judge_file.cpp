@@ -168,6 +168,18 @@ void note_what_is_left(RunReport& r, const JudgeOptions& o, const TrajectoryTabl
     r.notes.push_back("judged without gravity: [environment] of the map states it");
 }
 
+/// Whether a row follows at the interval of most of them.
+bool follows(double h, double step) { return std::fabs(h - step) < 1e-6 * step; }
+
+void note_unequal_rows(RunReport& r, const Numbers& t, double step) {
+  size_t unequal = 0;
+  for (size_t i = 1; i < t.size(); ++i) unequal += !follows(t[i] - t[i - 1], step);
+  if (2 * unequal > t.size())
+    r.notes.push_back(
+        "the rows are at unequal intervals, and how the error grows is told of equal ones only: "
+        "expected rows that are written at equal intervals");
+}
+
 }  // namespace
 
 RunReport judge_file(const JudgeOptions& o) {
@@ -198,7 +210,6 @@ RunReport judge_file(const JudgeOptions& o) {
   const RecordLayout layout(d, Extrema::none);
   RunReport r;
   CentreCourse course;
-  size_t irregular = 0;
   {
     RecordLog log(log_path, layout);
     const Numbers unknown(layout.reactions, NAN);  // a trajectory of q and v does not tell them
@@ -215,8 +226,7 @@ RunReport judge_file(const JudgeOptions& o) {
       if (!m.finite())
         throw InvalidArgument(table.at(i) + ": the energy of this row is no finite number");
       m.quaternion_norm = trajectory.norm_error();
-      const bool regular = i == 0 || std::fabs(h - step) < 1e-6 * step;
-      irregular += !regular;
+      const bool regular = i == 0 || follows(h, step);
       const double error = ledger.add(t[i] - t[0], m, regular);
       fill_record(layout, t[i] - t[0], world, m, ledger.port_work(), error, 0, unknown, {}, {},
                   row);
@@ -235,10 +245,7 @@ RunReport judge_file(const JudgeOptions& o) {
   ledger.fill(r, meter);
   add_notes(r, o.file, t.size(), powers);
   note_what_is_left(r, o, table, map, scene);
-  if (2 * irregular > t.size())
-    r.notes.push_back(
-        "the rows are at unequal intervals, and how the error grows is told of equal ones only: "
-        "expected rows that are written at equal intervals");
+  note_unequal_rows(r, t, step);
   integrators::Declaration method;
   method.name = scene.method;
   judge(r, scene, method, meter);

@@ -50,8 +50,8 @@ TEST(Statistics, LinearDriftGrowsWithTimeAndIsSignificant) {
   EXPECT_NEAR(exact.change(), 9999e-18, 1e-28);
 }
 
-/// As of rounded digits: the increments of single records hide it, their means do not. Controls: the
-/// noise alone, and a drift as large as the noise.
+/// As of rounded digits: the increments of single records hide it, their means do not.
+/// Controls: the noise alone, and a drift as large as the noise.
 TEST(Statistics, ADriftBelowTheNoiseOfSingleRecordsIsFound) {
   const auto found = [](double whole, int n) {
     int of = 0;
