@@ -13,25 +13,6 @@ namespace {
 
 using phs::Matrix;
 
-/// exp(M), by Taylor's series of M / 2^k, squared k times.
-Matrix exponential(Matrix M) {
-  double size = 0;
-  for (int i = 0; i < M.rows; ++i) {
-    double row = 0;
-    for (int j = 0; j < M.cols; ++j) row += std::fabs(M(i, j));
-    size = std::max(size, row);
-  }
-  const int squarings = size > 0.5 ? int(std::ceil(std::log2(size / 0.5))) : 0;
-  for (double& x : M.a) x = std::ldexp(x, -squarings);
-  Matrix sum = Matrix::identity(M.rows), term = sum;
-  for (int k = 1; k <= 18; ++k) {
-    term = term * M;
-    for (size_t i = 0; i < sum.a.size(); ++i) sum.a[i] += (term.a[i] /= k);
-  }
-  for (int k = 0; k < squarings; ++k) sum = sum * sum;
-  return sum;
-}
-
 /// The largest |z| of x(k + 1) = Φ x(k) + Γ u(k), u(k) = -K x(k - delay), over periods of h.
 double radius(const Matrix& A, const Matrix& B, const Matrix& K, double h, int delay) {
   const int n = A.rows, m = B.cols, all = n + m * delay;
@@ -40,7 +21,7 @@ double radius(const Matrix& A, const Matrix& B, const Matrix& K, double h, int d
     for (int j = 0; j < n; ++j) plant(i, j) = h * A(i, j);
     for (int j = 0; j < m; ++j) plant(i, n + j) = h * B(i, j);
   }
-  plant = exponential(std::move(plant));
+  plant.a = phs::exponential(size_t(n + m), plant.a);
   // (x, what is under way): the oldest torque acts, -K x is the youngest.
   Matrix loop(all, all);
   for (int i = 0; i < n; ++i)
@@ -68,7 +49,10 @@ void Lqr::certify_sampled(double period, int delay) {
   if (delay > 0) text += fmt::format(" with a delay of {} periods", delay);
   if (!(now <= 1)) {
     double low = rate, high = 2 * rate;
-    for (int i = 0; i < 40 && !(at(high) <= 1); ++i) low = high, high *= 2;
+    for (int i = 0; i < 40 && !(at(high) <= 1); ++i) {
+      low = high;
+      high *= 2;
+    }
     for (int i = 0; i < 20; ++i) {
       const double middle = std::sqrt(low * high);
       (at(middle) <= 1 ? high : low) = middle;

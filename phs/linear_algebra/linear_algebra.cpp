@@ -5,6 +5,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <limits>
+#include <unsupported/Eigen/MatrixFunctions>
 
 #include "phs/linear_algebra/matrix-inl.h"
 
@@ -67,6 +68,11 @@ Spectrum spectrum(std::size_t n, std::span<const double> A, double tolerance) {
   }
   s.rest = eigenvalues(M);
   return s;
+}
+
+std::vector<double> exponential(std::size_t n, std::span<const double> A) {
+  const Eigen::MatrixXd transposed = square(n, A).transpose().exp();  // column by column
+  return {transposed.data(), transposed.data() + transposed.size()};
 }
 
 std::vector<double> linear_solve(std::size_t n, std::span<const double> A,

@@ -23,6 +23,8 @@ struct Spectrum {
 /// The spectrum of A, n × n row-major. tolerance: smaller singular values, relative to the largest,
 /// count as zero.
 Spectrum spectrum(std::size_t n, std::span<const double> A, double tolerance = 1e-13);
+/// exp(A), by Padé approximants with scaling and squaring (Higham 2005), n × n row-major.
+std::vector<double> exponential(std::size_t n, std::span<const double> A);
 /// The solution x of A x = b; NaN if A is singular.
 std::vector<double> linear_solve(std::size_t n, std::span<const double> A,
                                  std::span<const double> b);
