@@ -74,6 +74,22 @@ double ErrorStatistics::growth_exponent() const {
 }
 
 bool ErrorStatistics::drift_is_significant() const {
+  return drift_of_records() || drift_of_means();
+}
+
+bool ErrorStatistics::drift_of_records() const {
+  bool judged = false;
+  for (const Level& level : levels_) {
+    if (level.count < enough) continue;
+    const double mean = (level.last - start_) / level.count;  // increments telescope
+    const double variance = std::max(0.0, level.sum_of_squares / level.count - mean * mean);
+    if (!(std::fabs(change()) > 3 * std::sqrt(variance * level.count))) return false;
+    judged = true;
+  }
+  return judged;
+}
+
+bool ErrorStatistics::drift_of_means() const {
   const auto& means = parts_.means;
   if (means.size() < fewest_parts) return false;
   const double n = double(means.size()) - 1, change = means.back() - means.front(),

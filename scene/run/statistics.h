@@ -27,11 +27,8 @@ class ErrorStatistics {
   /// than half of its increments of the last level, had they one sign, are left at the end.
   double growth_exponent() const;
 
-  /// Whether the means over 9 to 17 equal parts of the series differ from the first to the last by
-  /// more than five standard errors of a random walk with their n increments, s sqrt(3n/2), and by
-  /// more than the scatter of the records in a part. Means take away the noise of single records
-  /// and fast oscillations. The factor 3/2 is that of a walk's means, whose increments are
-  /// correlated. false for fewer than 9 records.
+  /// Whether the records, or their means over parts of the series, have gone further than a random
+  /// walk or an oscillation goes.
   bool drift_is_significant() const;
 
   std::vector<double> memory() const;  ///< everything, for checkpoints
@@ -39,6 +36,16 @@ class ErrorStatistics {
   void restore(std::span<const double> memory);
 
  private:
+  /// |e_n - e_0| > 3 s_j sqrt(n_j) for every level j of at least 8 increments, with s_j their
+  /// standard deviation and n_j their number: three standard errors of a random walk with these
+  /// increments. Level 0 alone would take a slow oscillation seen for less than a period for a
+  /// drift. Noise of single records hides a drift from it.
+  bool drift_of_records() const;
+  /// Whether the means over 9 to 17 equal parts of the series differ from the first to the last by
+  /// more than five standard errors of a random walk with their n increments, s sqrt(3n/2), and by
+  /// more than the scatter of the records in a part. The factor 3/2 is that of a walk's means,
+  /// whose increments are correlated. false for fewer than 9 records.
+  bool drift_of_means() const;
   struct Level {
     double last = 0, sum_of_squares = 0, count = 0;
   };

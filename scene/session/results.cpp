@@ -108,7 +108,9 @@ void write_with(const fs::path& folder, const Scene& scene, const Assembly& asse
   for (const auto& path : files) put_in_place(path);
   std::error_code ignored;
   for (const char* name : {"motion.svg", "panels.svg", "ledgers.svg"})
-    if (std::ranges::find(files, folder / name) == files.end()) fs::remove(folder / name, ignored);
+    if (fs::exists(folder / name, ignored) &&
+        std::ranges::find(files, folder / name) == files.end())
+      fs::remove(folder / name, ignored);
 }
 
 }  // namespace
