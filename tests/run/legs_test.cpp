@@ -77,7 +77,7 @@ TEST(OrbitLegs, AnotherEpochAndOtherForcesAreTold) {
                    "[orbit] has epoch = \"2026-03-20T06:33:20\", and the run in one goes on from "
                    "epoch = \"2026-03-20T06:00:00\": expected that one"));
   EXPECT_TRUE(says(told(""), "[orbit] has no epoch, and the run in one goes on from epoch = "));
-  EXPECT_TRUE(says(told("epoch = '2026-03-20T06:00:00'\nsun = true\n"),
+  EXPECT_TRUE(says(told("epoch = '2026-03-20T06:00:00'\nmoon = false\n"),
                    "; orbit, the Sun, the dipole go on from there, whatever start [orbit] states, "
                    "2000 s after the epoch; that run had the Moon, and this scene has not"));
   EXPECT_TRUE(says(told("epoch = '2026-03-20T06:00:00'\nsun = true\nmoon = true\n"
