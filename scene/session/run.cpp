@@ -62,7 +62,13 @@ class Session {
 
   RunReport run() {
     options_.resume ? resume() : start();
-    loop();
+    try {
+      loop();
+    } catch (...) {  // a law or method of the user's that threw; nothing was run that could go on
+      std::error_code ignored;
+      if (!options_.resume && run_.steps() == 0) fs::remove_all(folder_, ignored);
+      throw;
+    }
     return interrupted_ ? report() : finish();
   }
 

@@ -71,6 +71,15 @@ def test_a_claim_that_the_trials_contradict_is_not_believed(source, tmp_path):
     assert not any("declared" in n for n in honest.run(out=tmp_path / "honest").notes)
 
 
+def test_a_method_that_is_refused_at_once_leaves_no_run_to_continue(source, tmp_path):
+    scene = lambda: ph.Scene(source / "examples/dzhanibekov/scene.toml", method="own_mended", duration=1)  # noqa: E731
+    ph.add_method("own_mended", lambda field, t, x, h: None, order=1)
+    with pytest.raises(ph.InvalidArgument, match="returned None"):
+        scene().run(out=tmp_path / "run")
+    ph.add_method("own_mended", rk4, order=4)
+    assert scene().run(out=tmp_path / "run").summary["outcome"] == "ok"
+
+
 def test_faults_of_a_method(source, tmp_path):
     def run(step, name="own_faulty"):
         ph.add_method(name, step, order=1)  # replaces the one before
