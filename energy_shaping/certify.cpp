@@ -128,10 +128,11 @@ void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
           (period > 0 ? fmt::format("run at {:g} ms", 1e3 * period) : "run, continuous") +
           at_start(s);
       c.add({name,
-             settled(r) ? Finding::holds : Finding::fails,
+             H0 > 0 && settled(r) ? Finding::holds : Finding::fails,
              (r.H.back() - rest) / H0,
              o.settled,
              !r.finished ? "did not finish: " + r.outcome
+             : !(H0 > 0) ? "H_d is that of the rest at the start already: expected another start"
              : whole ? fmt::format("H_d left, relative; {:g} s, state off by {:.2e}", run.duration,
                                    distance(loop, r.x.back()))
                      : fmt::format("H_d left, relative; {:g} s", run.duration),
@@ -171,6 +172,9 @@ void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
 Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
   Certificate c = loop.certificate();
   const size_t n = loop.rest().size() / 2;
+  if (o.region.samples < 1)
+    throw InvalidArgument(fmt::format("samples is {}, expected 1 or more: none would show nothing",
+                                      o.region.samples));
   rate_of_energy(loop, o.region, c);
   linearised(loop, c);
   if (n <= 3 && !has_quaternions(loop)) {

@@ -37,6 +37,21 @@ TEST(Certify, CartPole) {
   EXPECT_THROW((void)c.item("no such item"), InvalidArgument);
 }
 
+/// A run from the rest shows nothing, 0/0, and neither do no samples. Control: CartPole's start.
+TEST(Certify, WhatShowsNothingDoesNotPass) {
+  const auto loop = cart_pole({});
+  auto o = options_of(*loop, {0, 0, 0, 0}, 1);
+  o.starts = {loop->rest()};
+  const Certificate c = certify(*loop, o);
+  EXPECT_FALSE(c.holds());
+  const auto& run = c.item("run, continuous");
+  EXPECT_EQ(run.finding, Finding::fails);
+  EXPECT_NE(run.text.find("expected another start"), std::string::npos) << run.text;
+  o.region.samples = 0;
+  EXPECT_EQ(refusal([&] { (void)certify(*loop, o); }),
+            "samples is 0, expected 1 or more: none would show nothing");
+}
+
 TEST(Certificate, HtmlIsEscapedAndNamesWhatFails) {
   Certificate c("a <b>law</b> & more");
   c.at_most("force \"free\"", 2, 1, "joint <j3>", {0.5});
