@@ -2,27 +2,11 @@
 // CLI: porthos; MODULES: folder whose node_modules has playwright-core; SOURCE: the repository; WORK: scratch folder.
 // Exit code 77: no Chromium, skipped. PORTHOS_LONG=1 adds a run of a million records. PORTHOS_SHOTS=DIR keeps pictures.
 import { execFileSync, spawn, spawnSync } from "node:child_process";
-import { cpSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync, truncateSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
-import { join, resolve } from "node:path";
+import { cpSync, existsSync, mkdirSync, readFileSync, readdirSync, statSync, truncateSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { browser, cli, expect, film, finish, out, skip, source, work } from "./in_browser.mjs";
 
-const [cli, modules, source, work] = process.argv.slice(2).map((p) => resolve(p));
-const skip = (why) => { console.log(`skipped: ${why}`); process.exit(77); };
-const browserPath = [process.env.PORTHOS_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((p) => p && existsSync(p));
-if (!browserPath) skip("no Chromium (Debian: chromium)");
-if (Number(process.versions.node.split(".")[0]) < 18) skip(`Node ${process.versions.node}, playwright-core needs 18`);
-let playwright;
-try { playwright = createRequire(join(modules, "package.json"))("playwright-core"); } catch { skip(`no playwright-core in ${modules}`); }
-
-let failures = 0;
-function expect(ok, what) {
-  console.log(`${ok ? "  ok  " : "  FAIL"} ${what}`);
-  if (!ok) ++failures;
-}
-rmSync(work, { recursive: true, force: true });
-mkdirSync(work, { recursive: true });
 const example = (name) => join(source, "examples", name, "scene.toml");
-const out = (name) => join(work, name);
 function porthos(...arguments_) {
   try { return execFileSync(cli, arguments_, { encoding: "utf8", stdio: ["ignore", "pipe", "pipe"] }); } catch (e) { return e.stdout; }
 }
@@ -79,7 +63,6 @@ porthos("report", out("unfinished"));
 
 // --- a browser without a graphics card -------------------------------------------------------------------------------
 // Software compositing, as Chromium chooses where there is no GPU; WebGL by SwiftShader.
-const browser = await playwright.chromium.launch({ executablePath: browserPath, args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing"] });
 const sizes = { wide: { width: 1280, height: 900 }, narrow: { width: 390, height: 844 } };
 
 async function open(name, size = "wide", colorScheme = "light") {
@@ -330,7 +313,6 @@ console.log("playback");
   await driven.tab.close();
 
   // porthos film: as long as it says, with a picture every 1/30 s.
-  const film = (...words) => spawnSync(cli, ["film", ...words], { encoding: "utf8", env: { ...process.env, PORTHOS_CHROMIUM: browserPath } });
   const made = film(out("capture"), "--to", "10", "--speed", "5", "--size", "640x360", "--out", out("reel.mp4"));
   const bytes = made.status === 0 ? readFileSync(out("reel.mp4")) : Buffer.alloc(0);
   const header = bytes.indexOf("mvhd"), sizes = bytes.indexOf("stsz");
@@ -444,5 +426,4 @@ if (process.env.PORTHOS_LONG) {  // timed: not for a machine with other work
   await speed("big");
 }
 await browser.close();
-console.log(failures ? `${failures} FAILED` : "all as expected");
-process.exit(failures ? 1 : 0);
+finish();

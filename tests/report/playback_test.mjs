@@ -1,26 +1,9 @@
 // What the playback and its films show: node playback_test.mjs CLI MODULES SOURCE WORK, see page_test.mjs.
 import { spawnSync } from "node:child_process";
-import { existsSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
-import { join, resolve } from "node:path";
+import { existsSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { browser, cli, expect, film, finish, out, skip, source } from "./in_browser.mjs";
 
-const [cli, modules, source, work] = process.argv.slice(2).map((p) => resolve(p));
-const skip = (why) => { console.log(`skipped: ${why}`); process.exit(77); };
-const browserPath = [process.env.PORTHOS_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((p) => p && existsSync(p));
-if (!browserPath) skip("no Chromium (Debian: chromium)");
-if (Number(process.versions.node.split(".")[0]) < 18) skip(`Node ${process.versions.node}, playwright-core needs 18`);
-let playwright;
-try { playwright = createRequire(join(modules, "package.json"))("playwright-core"); } catch { skip(`no playwright-core in ${modules}`); }
-
-let failures = 0;
-function expect(ok, what) {
-  console.log(`${ok ? "  ok  " : "  FAIL"} ${what}`);
-  if (!ok) ++failures;
-}
-rmSync(work, { recursive: true, force: true });
-mkdirSync(work, { recursive: true });
-const out = (name) => join(work, name);
-const film = (...words) => spawnSync(cli, ["film", ...words], { encoding: "utf8", env: { ...process.env, PORTHOS_CHROMIUM: browserPath } });
 function run(name, scene, ...options) { spawnSync(cli, ["run", scene, "--out", out(name), ...options]); }
 /** Runs a scene with a model of one link with this inertia and more elements. */
 function made(name, inertia, more, scene) {
@@ -43,7 +26,6 @@ made("wheel", 'ixx="10" iyy="12" izz="9"', '<joint name="w" type="continuous"><p
   '[initial]\njoints.w = { velocity = 5 }\n[orbit]\naltitude = 5e5\n[integrator]\nmethod = "gauss8"\nstep = 10\n[run]\nduration = 86400\nrecord_every = 30\n');
 run("arms", join(source, "examples/two_arms/scene.toml"), "--duration", "200");
 
-const browser = await playwright.chromium.launch({ executablePath: browserPath, args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing"] });
 async function open(name) {
   const tab = await browser.newPage({ viewport: { width: 1280, height: 900 } }), complaints = [];
   tab.on("console", (m) => m.type() === "error" && complaints.push(m.text()));
@@ -146,5 +128,4 @@ console.log("whole paths");
   await page.close();
 }
 await browser.close();
-console.log(failures ? `${failures} FAILED` : "all as expected");
-process.exit(failures ? 1 : 0);
+finish();
