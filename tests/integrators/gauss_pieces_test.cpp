@@ -9,27 +9,18 @@
 #include "integrators/derivatives/run_gradient.h"
 #include "integrators/derivatives/tangent_run.h"
 #include "tests/integrators/problems.h"
+#include "tests/integrators/quadratic_cost.h"
 
 namespace porthos::integrators::gauss_pieces_test {
 namespace {
 
 using phs::Quad;
-using test::Problem;
+using test::Problem, test::quadratic;
 using Vec = std::vector<double>;
 
-/// Σ (1/2 + i/8) x_i² + x_i x_(i+1)
-template <class T>
-T quadratic(std::span<const T> x) {
-  T sum(0.0);
-  for (size_t i = 0; i < x.size(); ++i)
-    sum = sum + T(0.5 + 0.125 * double(i)) * x[i] * x[i] + x[i] * x[(i + 1) % x.size()];
-  return sum;
-}
 Objective::Part weighted(double weight) {
   return [weight](double, std::span<const double> x, std::span<double> g) {
-    const size_t n = x.size();
-    for (size_t i = 0; i < n; ++i)
-      g[i] = weight * ((1 + 0.25 * double(i)) * x[i] + x[(i + 1) % n] + x[(i + n - 1) % n]);
+    test::add_quadratic_gradient(x, weight, g);
     return weight * quadratic(x);
   };
 }

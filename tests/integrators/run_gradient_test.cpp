@@ -11,6 +11,7 @@
 #include "phs/network/network.h"
 #include "phs/system/linearised.h"
 #include "tests/integrators/problems.h"
+#include "tests/integrators/quadratic_cost.h"
 #include "tests/support/energy_run.h"
 
 namespace porthos::integrators::run_gradient_test {
@@ -182,23 +183,14 @@ TEST(RunGradient, BilinearInvariantIsKeptToRounding) {
 
 /// A cost with all three parts, in the scalar T.
 template <class T>
-T end_cost(std::span<const T> x) {
-  T sum(0.0);
-  for (size_t i = 0; i < x.size(); ++i)
-    sum = sum + T(0.5 + 0.125 * double(i)) * x[i] * x[i] + x[i] * x[(i + 1) % x.size()];
-  return sum;
-}
-template <class T>
 T running_cost(const T& t, std::span<const T> x) {
   return (T(1.0) + t) * x[0] * x[0] * x[x.size() - 1];
 }
 Objective objective() {
   Objective o;
   o.end = [](double, std::span<const double> x, std::span<double> g) {
-    const size_t n = x.size();
-    for (size_t i = 0; i < n; ++i)
-      g[i] = (1 + 0.25 * double(i)) * x[i] + x[(i + 1) % n] + x[(i + n - 1) % n];
-    return end_cost(x);
+    test::add_quadratic_gradient(x, 1, g);
+    return test::quadratic(x);
   };
   o.running = [](double t, std::span<const double> x, std::span<double> g) {
     const size_t last = x.size() - 1;
@@ -231,7 +223,7 @@ Quad cost_in_113_bits(const phs::Model& model, const std::string& method,
     cost += (state.x[1] + state.lo[1]) * (state.x[1] + state.lo[1]) / 2;
   }
   for (size_t k = 0; k < x.size(); ++k) x[k] = state.x[k] + state.lo[k];
-  return cost + end_cost<Quad>(x);
+  return cost + test::quadratic<Quad>(x);
 }
 
 TEST(RunGradient, StartIsThatOf113Bits) {
