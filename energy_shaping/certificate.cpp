@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <utility>
 
 #include "phs/error.h"
 
@@ -14,10 +16,35 @@ const char* word(Finding f) {
   return f == Finding::holds ? "holds" : f == Finding::fails ? "FAILS" : "";
 }
 
-std::string list(const std::vector<double>& numbers) {
+std::string list(std::span<const double> numbers) {
   std::string s;
   for (const double x : numbers) s += fmt::format("{}{:.5g}", s.empty() ? "" : ", ", x);
   return fmt::format("({})", s);
+}
+
+/// "joint 0.3, elbow -0.2", and of a state the rest of its numbers behind.
+std::string place(const std::vector<double>& at, const std::vector<std::string>& names) {
+  if (names.empty() || (at.size() != names.size() && at.size() != 2 * names.size()))
+    return list(at);
+  std::string s;
+  for (size_t i = 0; i < names.size(); ++i)
+    s += fmt::format("{}{} {:.5g}", i == 0 ? "" : ", ", names[i], at[i]);
+  if (at.size() > names.size()) s += ", momenta " + list(std::span(at).subspan(names.size()));
+  return s;
+}
+
+/// What fails, and what to do about each.
+std::vector<std::pair<std::string, std::string>> failures(const Certificate& c) {
+  std::vector<std::pair<std::string, std::string>> all;
+  for (const auto& i : c.items())
+    if (i.finding == Finding::fails) all.emplace_back(i.name, remedy(i.name));
+  return all;
+}
+
+std::string names_of_failures(const Certificate& c) {
+  std::string s;
+  for (const auto& [name, what] : failures(c)) s += (s.empty() ? "" : "; ") + name;
+  return s;
 }
 
 std::string escaped(const std::string& text) {
@@ -82,20 +109,26 @@ const CertificateItem* Certificate::failure() const {
   return nullptr;
 }
 
-bool Certificate::holds() const { return failure() == nullptr; }
+std::string Certificate::about(const CertificateItem& i) const {
+  std::string s = i.text;
+  if (!i.numbers.empty()) s += " " + list(i.numbers);
+  if (!i.at.empty()) s += " at " + place(i.at, coordinates_);
+  return s;
+}
 
 std::string Certificate::text() const {
   std::string s = fmt::format("certificate: {}\n", title_);
   for (const auto& i : items_) {
     s += fmt::format("  {:<34} {:>13.6g} {:>12}  {:<6} {}", i.name, i.value,
                      std::isnan(i.bound) ? "" : fmt::format("({:.3g})", i.bound), word(i.finding),
-                     i.text);
-    if (!i.numbers.empty()) s += " " + list(i.numbers);
-    if (!i.at.empty()) s += " at " + list(i.at);
+                     about(i));
     s += '\n';
   }
-  return s + (holds() ? "  all conditions hold\n"
-                      : fmt::format("  NOT certified: {}\n", failure()->name));
+  if (holds()) return s + "  all conditions hold\n";
+  s += fmt::format("  NOT certified: {}\n", names_of_failures(*this));
+  for (const auto& [name, what] : failures(*this))
+    if (!what.empty()) s += fmt::format("    {}: {}\n", name, what);
+  return s;
 }
 
 std::string Certificate::html() const {
@@ -103,17 +136,17 @@ std::string Certificate::html() const {
       "<p><b>{}</b>: {}</p>\n<table>\n<tr><th>condition</th><th>value</th>"
       "<th>bound</th><th></th><th></th></tr>\n",
       escaped(title_),
-      holds() ? std::string("all conditions hold") : "not certified: " + escaped(failure()->name));
+      holds() ? "all conditions hold" : "not certified: " + escaped(names_of_failures(*this)));
   for (const auto& i : items_) {
-    std::string about = i.text;
-    if (!i.numbers.empty()) about += " " + list(i.numbers);
-    if (!i.at.empty()) about += " at " + list(i.at);
     s += fmt::format("<tr><td>{}</td><td>{:.6g}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
                      escaped(i.name), i.value,
                      std::isnan(i.bound) ? "" : fmt::format("{:.3g}", i.bound), word(i.finding),
-                     escaped(about));
+                     escaped(about(i)));
   }
-  return s + "</table>\n";
+  s += "</table>\n";
+  for (const auto& [name, what] : failures(*this))
+    if (!what.empty()) s += fmt::format("<p>{}: {}</p>\n", escaped(name), escaped(what));
+  return s;
 }
 
 std::string Certificate::json() const {
@@ -124,11 +157,41 @@ std::string Certificate::json() const {
                    : i.finding == Finding::fails ? "fails"
                                                  : "reported";
     if (!std::isnan(i.bound)) e["bound"] = number(i.bound);
+    if (i.finding == Finding::fails && !remedy(i.name).empty()) e["remedy"] = remedy(i.name);
     for (const double x : i.numbers) e["numbers"].push_back(number(x));
     for (const double x : i.at) e["at"].push_back(number(x));
     j["items"].push_back(std::move(e));
   }
   return j.dump(2) + "\n";
+}
+
+std::string remedy(const std::string& condition) {
+  static constexpr std::pair<const char*, const char*> all[] = {
+      {"M_d > 0", "raise the diagonal of the target mass matrix M_d"},
+      {"rank of G", "two actuators act alike there: leave one of them out, or that place"},
+      {"H = T + V", "the plant's kinetic energy must be ½ pᵀM⁻¹(q) p, without further terms"},
+      {"matching, kinetic energy",
+       "M_d or J_2 does not fit the plant there: check its formula and the plant's parameters"},
+      {"matching, potential energy",
+       "V_d does not fit the plant there: check its formula and the plant's parameters"},
+      {"J2 skew", "J_2 + J_2ᵀ must vanish: check the formula of J_2"},
+      {"Kv >= 0", "the damping gains must not be negative"},
+      {"damping >= 0",
+       "friction of a joint without actuator acts against the shaped kinetic energy: bring M_d "
+       "nearer to M, or reduce that friction"},
+      {"rest point", "the springs balance elsewhere: move their rests there, or the rest point"},
+      {"gradient of H_d", "the springs balance elsewhere: move their rests there, or the rest"},
+      {"Hessian of V_d > 0", "raise the stiffness of the coordinate named"},
+      {"Hessian of V_d >= 0", "raise the stiffness of the coordinate named"},
+      {"Hessian of H_d > 0", "raise the stiffness of the joint named"},
+      {"Hessian of H_d >= 0", "raise the stiffness of the controller"},
+      {"Riccati equation", "no actuator reaches a motion that does not decay: drive another joint"},
+      {"rightmost eigenvalue",
+       "a motion near the rest point does not decay: damp a joint that takes part in it"},
+  };
+  for (const auto& [name, what] : all)
+    if (condition == name) return what;
+  return "";
 }
 
 }  // namespace porthos::energy_shaping

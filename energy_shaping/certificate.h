@@ -41,20 +41,30 @@ class Certificate {
               std::vector<double> numbers = {}, std::vector<double> at = {});
 
   /// No item fails.
-  bool holds() const;
+  bool holds() const { return failure() == nullptr; }
   /// The first failing item, or nullptr.
   const CertificateItem* failure() const;
+  /// The names of the coordinates of `at`, which text(), html() and refusals then tell with its
+  /// numbers: as many, or half as many where `at` is a state.
+  void name_coordinates(std::vector<std::string> names) { coordinates_ = std::move(names); }
+  /// The text of an item with its further figures and its place.
+  std::string about(const CertificateItem& item) const;
   /// A table for people.
   std::string text() const;
   /// The same table for pages and notebooks, with the title before it; everything is escaped.
   std::string html() const;
   /// The same for programs: {"title", "holds", "items": [{"name", "finding", "value", "bound",
-  /// ...}]}.
+  /// ...}]}; an item that fails has its "remedy".
   std::string json() const;
 
  private:
   std::string title_;
   std::vector<CertificateItem> items_;
+  std::vector<std::string> coordinates_;
 };
+
+/// What to do where the condition of this name fails, in one sentence; empty: the text of the item
+/// says it.
+std::string remedy(const std::string& condition);
 
 }  // namespace porthos::energy_shaping

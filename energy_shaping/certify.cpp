@@ -72,6 +72,18 @@ void linearised(const ClosedLoop& loop, Certificate& c) {
       s.zeros ? fmt::format("linearised at rest, {} zeros apart", s.zeros) : "linearised at rest");
 }
 
+/// H_d says nothing of a joint that has neither stiffness nor actuator: it may drift away.
+void held_joints(const ClosedLoop& loop, Certificate& c) {
+  const auto* shaped = dynamic_cast<const PotentialLoop*>(&loop);
+  if (!shaped || shaped->free_joints().empty()) return;
+  std::string names;
+  for (const auto& joint : shaped->free_joints()) add_to_list(names, joint);
+  c.at_most("joints that nothing holds", double(shaped->free_joints().size()), 0,
+            names +
+                ": neither stiffness nor actuator; drive them, give their URDF joints springs, "
+                "or fix them");
+}
+
 void inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& basin,
                      Certificate& c) {
   const auto law = loop.loop<double>();
@@ -145,7 +157,9 @@ void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
         c.at_most(rise, r.rise, allowed, "in a step [J]");
       else
         c.report(rise, r.rise, "in a step [J]");
-      c.report(name + ", injected", r.injected, "energy put into H_d [J]");
+      if (period > 0 || !run.limits.empty())
+        c.report(name + ", injected", r.injected,
+                 fmt::format("energy put into H_d [J], to {:.1g} of the quadrature", r.quadrature));
       double share = 0;
       for (size_t j = 0; j < run.limits.size(); ++j)
         share = std::max(share, r.peak[j] / run.limits[j]);
@@ -177,6 +191,7 @@ Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
                                       o.region.samples));
   rate_of_energy(loop, o.region, c);
   linearised(loop, c);
+  held_joints(loop, c);
   if (n <= 3 && !has_quaternions(loop)) {
     const auto points = critical_points(loop, o.region);
     int minima = 0;
@@ -189,10 +204,18 @@ Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
                                            : "  summit",
                points[i].value, "V_d", {}, points[i].q);
     const Basin b = basin(loop, o.region);
-    c.at_least("basin, c - H_d(rest)", b.depth, 0,
-               "no state of its component of {H_d < c} leaves; " + b.method, b.at);
+    const bool empty = !(b.depth > 0);
+    c.add({"basin, c - H_d(rest)",
+           empty ? Finding::fails : Finding::holds,
+           b.depth,
+           0,
+           (empty ? "no level above the rest point holds a state; "
+                  : "no state of its component of {H_d < c} leaves; ") +
+               b.method,
+           {},
+           b.at});
     c.report("basin, c", b.level, "");
-    inputs_on_basin(loop, o.region, b, c);
+    if (!empty) inputs_on_basin(loop, o.region, b, c);
   }
   runs(loop, o, c);
   return c;

@@ -32,12 +32,19 @@ std::vector<int> port_offsets(const phs::Description& plant,
 void refuse_failure(const Certificate& certificate) {
   const CertificateItem* i = certificate.failure();
   if (!i) return;
-  std::string where;
-  for (const double x : i->at) where += fmt::format("{}{:.5g}", where.empty() ? "" : ", ", x);
+  const std::string what = remedy(i->name);
   throw InvalidArgument(
       fmt::format("{}: {} fails: {:.4g}, expected {} {:.3g} ({}){}", certificate.title(), i->name,
                   i->value, i->value > i->bound || std::isnan(i->value) ? "at most" : "at least",
-                  i->bound, i->text, where.empty() ? "" : "; worst at (" + where + ")"));
+                  i->bound, certificate.about(*i), what.empty() ? "" : "; " + what));
+}
+
+std::vector<std::string> coordinate_names(const phs::Description& plant) {
+  std::vector<std::string> names;
+  for (const auto& b : plant.blocks)
+    for (int k = 0; b.momentum >= 0 && k < b.size; ++k)
+      names.push_back(b.size == 1 ? b.name : fmt::format("{}[{}]", b.name, k));
+  return names;
 }
 
 }  // namespace porthos::energy_shaping

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -84,6 +85,25 @@ struct Region {
 /// Offsets in u of the ports of these names; each port must have one number. @throws
 /// InvalidArgument listing the known ones
 std::vector<int> port_offsets(const phs::Description& plant, const std::vector<std::string>& ports);
+
+/// The names of the coordinates of a plant in the order of its state: "elbow", of a quaternion
+/// "base.attitude[0]".
+std::vector<std::string> coordinate_names(const phs::Description& plant);
+
+/// The largest of the forces wanted where no actuator is.
+struct UnheldForce {
+  double size = 0;
+  std::string joint = {};
+  /// True: it is the largest so far.
+  bool take(double force, const std::string& at) {
+    if (std::fabs(force) <= size) return false;
+    size = std::fabs(force);
+    joint = at;
+    return true;
+  }
+  /// " at 'elbow'"; empty: there is none.
+  std::string where() const { return joint.empty() ? "" : " at '" + joint + "'"; }
+};
 
 /// Throws InvalidArgument for the first failing item of a certificate, if any.
 void refuse_failure(const Certificate& certificate);

@@ -93,6 +93,7 @@ Lqr::Lqr(std::shared_ptr<const mechanics::MechanicalModel> plant,
   rest_.resize(2 * rest_.size(), 0.0);
   periodic_.resize(rest_.size(), false);
   certificate_ = Certificate("linear-quadratic regulator of '" + d.name + "'");
+  certificate_.name_coordinates(coordinate_names(d));
   balance(at);
   refuse_failure(certificate_);
   design(at, weights);
@@ -106,7 +107,9 @@ void Lqr::balance(const std::vector<int>& at) {
   const size_t n = rest_.size() / 2;
   std::vector<double> dx(2 * n);
   std::mt19937_64 generator(1);
-  double scale = 1e-300, left = 0;
+  const auto names = coordinate_names(d);
+  double scale = 1e-300;
+  UnheldForce left;
   for (int i = 0; i < 100; ++i) {
     auto x = phs::random_state(d, 1.0, generator);
     std::fill(x.begin() + long(n), x.end(), 0.0);
@@ -116,12 +119,13 @@ void Lqr::balance(const std::vector<int>& at) {
   f->field(0.0, rest_, {}, dx);
   for (const int a : at) u_.push_back(-dx[n + size_t(a)]);
   for (size_t k = 0; k < n; ++k)
-    if (std::find(at.begin(), at.end(), int(k)) == at.end())
-      left = std::max(left, std::fabs(dx[n + k]));
-  certificate_.at_most("force without actuator", left / scale, 1e-9,
-                       "at the rest point, over that of 100 random positions",
+    if (std::find(at.begin(), at.end(), int(k)) == at.end()) left.take(dx[n + k], names[k]);
+  certificate_.at_most("force without actuator", left.size / scale, 1e-9,
+                       "at the rest point" + left.where() +
+                           ", over that of 100 random positions; drive it, or state a target "
+                           "where it balances",
                        {rest_.begin(), rest_.begin() + long(n)});
-  certificate_.report("effort at rest", left, "u* of each actuator", u_);
+  certificate_.report("effort at rest", left.size, "u* of each actuator", u_);
 }
 
 void Lqr::design(const std::vector<int>& at, const LqrWeights& weights) {

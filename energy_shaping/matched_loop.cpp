@@ -97,6 +97,7 @@ MatchedLoop::MatchedLoop(std::shared_ptr<const phs::Model> plant,
   check_region(options_.region, *shaping_, rest_coordinates);
   description_ = describe(plant_->description(), *shaping_, actuated_);
   certificate_ = Certificate("energy shaping '" + description_.name + "'");
+  certificate_.name_coordinates(coordinate_names(plant_->description()));
   check();
   report_modes(certificate_, *this);
   if (options_.refuse) refuse_failure(certificate_);

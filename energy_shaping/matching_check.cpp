@@ -98,10 +98,12 @@ MatchingResidual residual_at(MatchedSystem<double>& s, Vec x) {
 /// The conditions of a matched loop, in an order in which each assumes the previous ones.
 class Checks {
  public:
-  Checks(MatchedSystem<double>& s, const Region& region, size_t n, size_t actuators, Certificate& c)
+  Checks(MatchedSystem<double>& s, const Region& region, std::vector<std::string> names,
+         size_t actuators, Certificate& c)
       : s_(s),
         region_(region),
-        n_(n),
+        names_(std::move(names)),
+        n_(names_.size()),
         m_(actuators),
         coordinates_(region, n_),
         c_(c),
@@ -115,14 +117,13 @@ class Checks {
       const Vec q = x;
       x.resize(2 * n_, 0.0);
       s_.evaluate(x);
-      const auto e = phs::symmetric_eigenvalues(n_, s_.target_mass_matrix());
-      mass.less(e.front() / std::max(std::fabs(e.back()), std::fabs(e.front())), q);
+      mass.less(phs::definiteness(n_, s_.target_mass_matrix()).least, q);
       const auto k = phs::symmetric_eigenvalues(m_, s_.kv());
       kv_.less(k.front() / std::max(std::fabs(k.back()), 1e-300), q);
       const auto g = phs::symmetric_eigenvalues(m_, input_squared());
       rank.less(g.front() / std::max(g.back(), 1e-300), q);
     }
-    c_.at_least("M_d > 0", mass.value, 1e-12, "least over greatest eigenvalue, " + sampled_,
+    c_.at_least("M_d > 0", mass.value, 1e-12, "least eigenvalue, its diagonal 1, " + sampled_,
                 mass.at);
     c_.at_least("rank of G", rank.value, 1e-14, "least over greatest eigenvalue of GᵀG", rank.at);
   }
@@ -172,10 +173,10 @@ class Checks {
     const auto curvature = phs::symmetric_eigenvalues(n_, hessian);
     c_.at_most("rest point", norm(phs::linear_solve(n_, hessian, slope)), 1e-8,
                "Newton's step to the critical point of V_d", rest);
-    c_.at_least(
-        "Hessian of V_d > 0",
-        curvature.front() / std::max(std::fabs(curvature.back()), std::fabs(curvature.front())),
-        1e-12, "at the rest point, least over greatest eigenvalue");
+    const auto [least, softest] = phs::definiteness(n_, hessian);
+    c_.at_least("Hessian of V_d > 0", least, 1e-12,
+                "at the rest point, least eigenvalue, its diagonal 1: the softest is '" +
+                    names_.at(softest) + "'");
     c_.report("curvature of V_d", curvature.front(), "eigenvalues of the Hessian", curvature);
   }
 
@@ -221,6 +222,7 @@ class Checks {
 
   MatchedSystem<double>& s_;
   const Region& region_;
+  const std::vector<std::string> names_;  ///< of the coordinates
   size_t n_, m_;
   Coordinates coordinates_;
   Certificate& c_;
@@ -246,7 +248,9 @@ std::vector<double> MatchedLoop::state(std::span<const double> q, std::span<cons
 void MatchedLoop::check() {
   MatchedSystem<double> s(*this);
   const Vec rest(rest_.begin(), rest_.begin() + long(shaping_->size()));
-  Checks checks(s, options_.region, rest.size(), actuated_.size(), certificate_);
+  auto names = coordinate_names(plant_->description());
+  names.resize(rest.size());
+  Checks checks(s, options_.region, std::move(names), actuated_.size(), certificate_);
   checks.shape(rest);
   if (!certificate_.holds()) return;  // the other conditions assume it
   checks.matching(*plant_->instantiate<double>(), options_.matching);

@@ -48,14 +48,19 @@ void MotorRegulator::check(const mechanics::MechanicalModel& model,
                            const std::vector<double>& rest) {
   const size_t n = rest.size(), m = joints_.size(), N = n + m;
   const auto g = loads(model, rest);
-  double left = 0, scale = 1e-300;
+  const auto names = coordinate_names(model.description());
+  double scale = 1e-300;
+  UnheldForce left;
   for (size_t k = 0; k < n; ++k) {
     scale = std::max(scale, std::fabs(g[k]));
-    if (std::ranges::find(at_, k) == at_.end()) left = std::max(left, std::fabs(g[k]));
+    if (std::ranges::find(at_, k) == at_.end()) left.take(g[k], names[k]);
   }
   for (const size_t k : at_) load_.push_back(g[k]);
-  certificate_.at_most("force without actuator", left / scale, 1e-9,
-                       "loads at rest of joints without a spring, over the largest", rest);
+  certificate_.at_most("force without actuator", left.size / scale, 1e-9,
+                       "load at rest" + left.where() +
+                           ", which has no motor, over the largest; give it one, or state a rest "
+                           "where nothing loads it",
+                       rest);
   certificate_.report("loads", scale, "g(q_d) of each motor [N m]", load_);
 
   auto x = rest;
@@ -76,9 +81,10 @@ void MotorRegulator::check(const mechanics::MechanicalModel& model,
     S[theta * N + theta] += K + joints_[j].kp;
     D[theta] = joints_[j].kd;
   }
-  const auto values = phs::symmetric_eigenvalues(N, S);
-  certificate_.at_least("Hessian of H_d > 0", values.front() / values.back(), 1e-9,
-                        "at the rest point, least over greatest eigenvalue");
+  const auto [least, softest] = phs::definiteness(N, S);
+  certificate_.at_least("Hessian of H_d > 0", least, 1e-9,
+                        "at the rest point, least eigenvalue, its diagonal 1: the softest is '" +
+                            names.at(softest < n ? softest : at_[softest - n]) + "'");
   // (q, θ)'' = -mass⁻¹ (S (q, θ) + D (q, θ)')
   std::vector<double> A(4 * N * N, 0.0);
   for (size_t k = 0; k < N; ++k) {

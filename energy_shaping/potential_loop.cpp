@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -25,6 +26,14 @@ const mechanics::JointCoordinates& single(const mechanics::Mechanism& m, int v,
   for (const auto& c : m.coordinates())
     if (c.v == v && c.nq == 1) return c;
   refuse_shaping(name, "port '" + port + "' is no joint of one freedom");
+}
+
+/// The joint of a number of v.
+const std::string& joint_at(const mechanics::Mechanism& m, int v) {
+  const auto& all = m.coordinates();
+  return std::find_if(all.begin(), all.end(),
+                      [&](const auto& c) { return c.v <= v && v < c.v + c.nv; })
+      ->joint;
 }
 
 Parts look_up(const mechanics::MechanicalModel& model, const PotentialShaping& s) {
@@ -158,6 +167,7 @@ PotentialLoop::PotentialLoop(std::shared_ptr<const mechanics::MechanicalModel> p
   }
   if (shaping.search_rest) search_rest();
   certificate_ = Certificate("potential shaping '" + description_.name + "'");
+  certificate_.name_coordinates(coordinate_names(mechanical_->description()));
   check(shaping);
   refuse_failure(certificate_);
 }
@@ -198,7 +208,8 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
   const auto& m = mechanical_->mechanism();
   const size_t nq = size_t(m.nq());
   std::mt19937_64 generator(1);
-  double worst = 0, scale = 1e-300;
+  double scale = 1e-300;
+  UnheldForce worst;
   std::vector<double> at;
   for (int i = 0; i < 500 && !parts_.zero_momentum; ++i) {
     auto x = phs::random_state(description_, 1.0, generator);
@@ -206,14 +217,19 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
     const auto tau = s.wanted(x);
     for (size_t j = 0; j < tau.size(); ++j) {
       scale = std::max(scale, std::fabs(tau[j]));
-      if (parts_.actuated[j] || std::fabs(tau[j]) <= worst) continue;
-      worst = std::fabs(tau[j]);
-      at.assign(x.begin(), x.begin() + long(nq));
+      if (!parts_.actuated[j] && worst.take(tau[j], joint_at(m, int(j))))
+        at.assign(x.begin(), x.begin() + long(nq));
     }
   }
   if (!parts_.zero_momentum)
-    certificate_.at_most("force without actuator", worst / scale, shaping.tolerance,
-                         "potential matching, relative, 500 random coordinates", at);
+    certificate_.at_most(
+        "force without actuator", worst.size / scale, shaping.tolerance,
+        "potential matching" + worst.where() + ", relative, 500 random coordinates; " +
+            (parts_.compensate
+                 ? "drive it, or keep the model's gravity and springs (gravity = \"keep\", in "
+                   "programs compensate = false), whose compensation acts there"
+                 : "drive it, or hold only what the actuators reach"),
+        at);
   std::vector<double> e(2 * nq);
   s.gradient(rest_, e);
   double slope = 0, stiffness = 1e-300;
@@ -230,8 +246,19 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
                         "least eigenvalue at the rest point, relative");
   int free = 0;
   for (const double k : curvature) free += std::fabs(k) <= 1e-9 * stiffness;
+  std::string names;
+  for (const auto& c : m.coordinates()) {
+    double row = 0;
+    for (size_t i = 0; c.nq == 1 && i < nq; ++i)
+      row = std::max(row, std::fabs(K[size_t(c.q) * nq + i]));
+    if (c.nq > 1 || row > 1e-9 * stiffness) continue;
+    add_to_list(names, c.joint);
+    if (!parts_.actuated[size_t(c.v)]) free_.push_back(c.joint);
+  }
   certificate_.report("directions without stiffness", free,
-                      "of the coordinates; a floating base and quaternions have some");
+                      names.empty()
+                          ? "of the coordinates; a floating base and quaternions have some"
+                          : "of the coordinates; among them joints: " + names);
   certificate_.report("curvature of V_d", curvature.back(), "eigenvalues of the Hessian",
                       curvature);
 }

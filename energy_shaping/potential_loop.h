@@ -103,6 +103,8 @@ class PotentialLoop : public ClosedLoopFor<PotentialLoop> {
     size_t base_q = 0, base_v = 0;  ///< of the free root
   };
   const Parts& parts() const { return parts_; }
+  /// Joints of one degree of freedom that have neither stiffness nor actuator: nothing holds them.
+  const std::vector<std::string>& free_joints() const { return free_; }
 
  private:
   void check(const PotentialShaping& shaping);
@@ -110,6 +112,7 @@ class PotentialLoop : public ClosedLoopFor<PotentialLoop> {
 
   std::shared_ptr<const mechanics::MechanicalModel> mechanical_;
   Parts parts_;
+  std::vector<std::string> free_;
   phs::Description description_;
 };
 

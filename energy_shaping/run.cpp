@@ -107,7 +107,7 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
 
   Run run;
   run.peak.assign(at.size(), 0.0);
-  double H = law->hamiltonian(s.x), before = 0, middle = 0;
+  double H = law->hamiltonian(s.x), before = 0, middle = 0, trapezoids = 0, last = 0;
   const auto damping = [&] {
     law->gradient(s.x, e);
     law->apply_dissipation(s.x, e, Re);
@@ -130,7 +130,7 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
     const auto& applied = hold > 0 ? *held : u;
     for (const int a : at) run.u.back().push_back(applied[size_t(a)]);
   };
-  before = damping();
+  before = last = damping();
   for (std::int64_t k = 0;; ++k) {
     if (hold == 0 || k % hold == 0) inputs();
     if (hold > 0 && k % hold == 0) *held = u;
@@ -148,6 +148,8 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
     run.rise = std::max(run.rise, next - H);
     H = next;
     const double P = damping();
+    trapezoids += 0.5 * o.step * (last + P);
+    last = P;
     if (k % 2 == 0) {
       middle = P;
       if (k + 1 == steps) run.dissipated += 0.5 * o.step * (before + P);
@@ -157,6 +159,7 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
     }
   }
   run.injected = H - run.H.front() + run.dissipated;
+  run.quadrature = std::fabs(trapezoids - run.dissipated);
   return run;
 }
 

@@ -52,6 +52,8 @@ struct Run {
   double rise = 0;                     ///< largest rise of H_d over a step [J]
   double dissipated =
       0;  ///< ∫ ∂H_dᵀ R_d ∂H_d dt, by Simpson's rule over pairs of steps, trapezoids at an odd end
+  double quadrature =
+      0;  ///< Simpson's rule against trapezoids: bounds the error of `dissipated` [J]
   double injected =
       0;  ///< H_d(end) - H_d(0) + dissipated: what sampling, limits and another plant put in [J]
   bool finished = true;  ///< false: the integrator failed or gave non-finite numbers

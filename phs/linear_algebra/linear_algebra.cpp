@@ -28,6 +28,18 @@ std::vector<double> symmetric_eigenvalues(std::size_t n, std::span<const double>
   return {solver.eigenvalues().begin(), solver.eigenvalues().end()};
 }
 
+Definiteness definiteness(std::size_t n, std::span<const double> A) {
+  const Eigen::MatrixXd M = square(n, A), S = (M + M.transpose()) / 2;
+  if (!S.allFinite()) return {not_a_number};
+  Eigen::VectorXd unit = S.diagonal().cwiseAbs().cwiseSqrt();
+  for (double& u : unit) u = u > 0 ? 1 / u : 1;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(unit.asDiagonal() * S *
+                                                              unit.asDiagonal());
+  Eigen::Index where = 0;
+  solver.eigenvectors().col(0).cwiseAbs().maxCoeff(&where);
+  return {solver.eigenvalues()[0], std::size_t(where)};
+}
+
 namespace {
 
 std::vector<std::complex<double>> eigenvalues(const Eigen::MatrixXd& M) {

@@ -11,6 +11,15 @@ namespace porthos::phs {
 
 /// Eigenvalues of the symmetric part of A, ascending; NaN if A is not finite.
 std::vector<double> symmetric_eigenvalues(std::size_t n, std::span<const double> A);
+/// How far a symmetric matrix is from indefinite, the same in all units of its coordinates.
+struct Definiteness {
+  double least;  ///< least eigenvalue in units that make each |A_ii| 1; NaN if A is not finite
+  std::size_t where = 0;  ///< the coordinate with the largest part in its eigenvector
+};
+/// That of the symmetric part of A. In these units a positive definite matrix has eigenvalues from
+/// 0 to n, and nearly the best condition that a scaling can give (van der Sluis 1969). A row of
+/// zeros gives 0.
+Definiteness definiteness(std::size_t n, std::span<const double> A);
 /// Eigenvalues of A by ascending real part; NaN if A is not finite, or the iteration does not end.
 std::vector<std::complex<double>> eigenvalues(std::size_t n, std::span<const double> A);
 /// Eigenvalues of A, with zeros counted separately. Null spaces are split off one after another.

@@ -5,7 +5,9 @@
 #include "energy_shaping/certify.h"
 #include "energy_shaping/modes.h"
 #include "energy_shaping/plant.h"
+#include "energy_shaping/potential_loop.h"
 #include "tests/energy_shaping/loops.h"
+#include "tests/energy_shaping/robots.h"
 
 namespace porthos::energy_shaping::certificate_test {
 namespace {
@@ -61,6 +63,65 @@ TEST(Certificate, HtmlIsEscapedAndNamesWhatFails) {
   EXPECT_NE(html.find("joint &lt;j3&gt; at (0.5)"), std::string::npos);
   EXPECT_EQ(html.find("<b>law"), std::string::npos);
   EXPECT_NE(html.find("<td>FAILS</td>"), std::string::npos);
+}
+
+/// All that fails is named, with what to do; places have the names of the coordinates.
+TEST(Certificate, NamesAllThatFailsAndWhatToDo) {
+  Certificate c("a law");
+  c.name_coordinates({"slide", "swing"});
+  c.at_least("Hessian of V_d > 0", -1, 1e-12, "the softest is 'swing'", {0.5, -1});
+  c.at_most("own condition", 2, 1, "of a test", {0.5, -1, 3, 4});
+  c.at_most("rank of G", 0, 1, "holds");
+  const std::string text = c.text();
+  const auto says = [&](const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  says("the softest is 'swing' at slide 0.5, swing -1\n");
+  says("of a test at slide 0.5, swing -1, momenta (3, 4)\n");
+  says(
+      "  NOT certified: Hessian of V_d > 0; own condition\n"
+      "    Hessian of V_d > 0: raise the stiffness of the coordinate named\n");
+  EXPECT_EQ(text.find("rank of G:"), std::string::npos);
+  EXPECT_NE(c.html().find("<p>Hessian of V_d &gt; 0: raise the stiffness"), std::string::npos);
+  const auto items = nlohmann::json::parse(c.json())["items"];
+  EXPECT_EQ(items[0]["remedy"], remedy("Hessian of V_d > 0"));
+  EXPECT_FALSE(items[1].contains("remedy") || items[2].contains("remedy"));
+  EXPECT_EQ(refusal([&] { refuse_failure(c); }),
+            "a law: Hessian of V_d > 0 fails: -1, expected at least 1e-12 (the softest is 'swing' "
+            "at slide 0.5, swing -1); raise the stiffness of the coordinate named");
+}
+
+/// Nothing holds the third joint of an arm without gravity that has actuators at the others alone.
+/// Control: with a spring of its own the same certificate holds.
+TEST(Certify, AJointThatNothingHoldsIsNamed) {
+  const auto certificate = [](double spring) {
+    const auto arm = test::arm(3, 0.2, 0, spring);
+    PotentialShaping s;
+    for (const char* port : {"joint_0.torque", "joint_1.torque"}) {
+      s.joints.push_back({port, 10, 0});
+      s.damping.push_back({port, {3}});
+      s.actuators.push_back(port);
+    }
+    s.rest = {0, 0, 0};
+    s.compensate = false;
+    const PotentialLoop loop(arm, s);
+    CertifyOptions o{.region = {{-1, -1, -1}, {1, 1, 1}},
+                     .starts = {arm->state(Vec{0.5, 0.8, 0.4})}};
+    o.run.duration = 40;
+    o.run.step = 0.01;
+    return certify(loop, o);
+  };
+  const auto free = certificate(0);
+  std::printf("%s", free.text().c_str());
+  EXPECT_FALSE(free.holds());
+  EXPECT_EQ(free.item("joints that nothing holds").text.rfind("joint_2: neither", 0), 0u);
+  EXPECT_EQ(free.item("basin, c - H_d(rest)").finding, Finding::fails);
+  EXPECT_FALSE(free.has("input on the basin")) << "of a basin without a state";
+  EXPECT_NE(free.item("directions without stiffness").text.find("joints: joint_2"),
+            std::string::npos);
+  const auto held = certificate(8);
+  EXPECT_TRUE(held.holds()) << held.text();
+  EXPECT_FALSE(held.has("run, continuous, injected")) << "no hold and no limit puts anything in";
 }
 
 // The pass of a double well is known.

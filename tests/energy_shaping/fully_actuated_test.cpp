@@ -285,7 +285,9 @@ TEST(FullyActuated, RefusesWithTheReason) {
   const std::pair<std::string, std::string> cases[] = {
       {refusal([&] { PotentialLoop(a, unknown); }), "no port 'elbow.torque'"},
       {refusal([&] { PotentialLoop(a, negative); }), "damping of 'joint_0.torque' is -1"},
-      {refusal([&] { PotentialLoop(a, unactuated); }), "force without actuator fails"},
+      {refusal([&] { PotentialLoop(a, unactuated); }),
+       "force without actuator fails: 1, expected at most 1e-09 (potential matching at "
+       "'joint_1'"},
       {refusal([&] { PotentialLoop(a, moved); }), "rest point fails"},
       {refusal([&] { PotentialLoop(m, thrust); }), "rest has 2 entries, expected 7"}};
   for (const auto& [got, expected] : cases) {

@@ -25,8 +25,9 @@ inline ModelPtr free_body() {
       std::make_shared<mechanics::Mechanism>(b.build()));
 }
 
-/// An arm of `n` equal links with axes in turn along y and z, under gravity.
-inline ModelPtr arm(int n, double damping = 0, double g = 9.81) {
+/// An arm of `n` equal links with axes in turn along y and z, under gravity, and a spring at the
+/// last joint.
+inline ModelPtr arm(int n, double damping = 0, double g = 9.81, double last_spring = 0) {
   mechanics::MechanismBuilder b("arm");
   b.gravity({0, 0, -g});
   for (int i = 0; i < n; ++i) {
@@ -37,6 +38,7 @@ inline ModelPtr arm(int n, double damping = 0, double g = 9.81) {
     s.joint.type = "revolute";
     s.joint.axis = i % 2 ? mechanics::Vec3d{0, 0.8, 0.6} : mechanics::Vec3d{0, 1, 0};
     s.joint.damping = damping;
+    s.joint.stiffness = i + 1 == n ? last_spring : 0;
     s.placement.r = {i ? 0.4 : 0.0, 0, 0};
     s.mass.mass = 2;
     s.mass.com = {0.2, 0.01, 0};

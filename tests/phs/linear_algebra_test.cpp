@@ -82,6 +82,29 @@ TEST(Eigenvalues, OfDoubleRootsComeFromTheTransposeWhereTheSweepsStagnate) {
   EXPECT_LT(worst, 1e-11);  // 4 rounding errors of entries 50 times the roots
 }
 
+/// Metres and millimetres, or a heavy and a light coordinate, do not decide what is definite.
+/// Control: the ratio of the eigenvalues changes by the square of the units.
+TEST(Definiteness, IsTheSameInAllUnits) {
+  const std::vector<double> A{2, -1.2, 0, -1.2, 1, 0.3, 0, 0.3, 0.5};
+  const double unit[] = {1e3, 1e-4, 1};
+  auto other = A;
+  for (size_t i = 0; i < 9; ++i) other[i] *= unit[i / 3] * unit[i % 3];
+  const auto a = definiteness(3, A), b = definiteness(3, other);
+  const auto values = symmetric_eigenvalues(3, other);
+  std::printf("  least %.6f and %.6f at %zu; ratio of eigenvalues %.1e\n", a.least, b.least,
+              a.where, values.front() / values.back());
+  EXPECT_NEAR(a.least, b.least, 4e-15);  // 16 roundings
+  EXPECT_EQ(a.where, 1u);
+  EXPECT_EQ(b.where, 1u);
+  EXPECT_LT(values.front() / values.back(), 1e-12);
+  // λ of the unit matrix with ρ₁ = -1.2 / √2 and ρ₂ = 0.3 / √0.5 beside it: 1 - √(ρ₁² + ρ₂²).
+  EXPECT_NEAR(a.least, 1 - std::sqrt(0.72 + 0.18), 4e-15);
+  EXPECT_NEAR(definiteness(2, std::vector<double>{1, 3, 3, 4}).least, 1 - 1.5, 4e-15);
+  EXPECT_EQ(definiteness(2, std::vector<double>{1, 0, 0, 0}).least, 0) << "a row of zeros";
+  EXPECT_EQ(definiteness(2, std::vector<double>{1, 0, 0, -7}).least, -1);
+  EXPECT_TRUE(std::isnan(definiteness(1, std::vector<double>{NAN}).least));
+}
+
 TEST(Spectrum, OfNothingAndOfNoNumber) {
   EXPECT_EQ(spectrum(2, std::vector<double>(4, 0.0)).zeros, 2);
   EXPECT_TRUE(std::isnan(spectrum(1, std::vector<double>{NAN}).rest[0].real()));
