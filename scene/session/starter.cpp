@@ -42,8 +42,9 @@ struct Accepted {
   mechanics::UrdfResult model;
   Base base;
   Allowance allowance;
-  std::vector<std::string> lock, light;  ///< joints, and a link without mass behind each
-  bool rigid = false;                    ///< no joint moves: it floats as one body
+  std::vector<std::string> lock, light;   ///< joints, and a link without mass behind each
+  std::vector<std::string> runaway = {};  ///< slides that nothing stops
+  bool rigid = false;                     ///< no joint moves: it floats as one body
 };
 
 /// A TOML key: bare where it can be.
@@ -70,18 +71,24 @@ std::string model_table(const std::string& shown, const Accepted& a) {
                                  : a.base == Base::free
                                      ? "it floats; \"fixed\": the root link stands in the world"
                                      : "the root link stands in the world; \"free\": it floats");
-  if (!a.lock.empty()) {
+  const auto quoted = [](const std::vector<std::string>& joints) {
     std::string names;
-    for (const auto& joint : a.lock) add_to_list(names, text_of(joint));
+    for (const auto& joint : joints) add_to_list(names, text_of(joint));
+    return names;
+  };
+  auto held = a.runaway;
+  if (!held.empty())
+    text += "# Held, as they slide far out of their limits, which only an [[element]] enforces: " +
+            quoted(held) + "\n";
+  if (!a.lock.empty())
+    text += "# Held, as they move nothing that has mass, until the links have: " + quoted(a.lock) +
+            "\n";
+  held.insert(held.end(), a.lock.begin(), a.lock.end());
+  if (!held.empty()) text += fmt::format("lock = [{}]\n", quoted(held));
+  for (const auto& link : a.light)
     text += fmt::format(
-        "# These joints move nothing that has mass. They are held where they start; or give the "
-        "links mass:\nlock = [{}]\n",
-        names);
-    for (const auto& link : a.light)
-      text += fmt::format(
-          "# inertia.{} = {{ mass = 0.1, inertia = [1e-4, 1e-4, 1e-4, 0, 0, 0] }}   # kg, kg m^2\n",
-          key_of(link));
-  }
+        "# inertia.{} = {{ mass = 0.1, inertia = [1e-4, 1e-4, 1e-4, 0, 0, 0] }}   # kg, kg m^2\n",
+        key_of(link));
   if (a.allowance.massless)
     text +=
         "links_without_inertia = \"massless\"   # moving links of this file have no <inertial>: "
@@ -130,6 +137,7 @@ struct Pilot {
   std::string method;
   double step = 0, duration = 0, error = HUGE_VAL, work = HUGE_VAL;
   bool good = false;
+  std::vector<double> end = {};  ///< the state there
 };
 
 /// Finds method, step and duration: the longest affordable duration, and, of the methods that keep
@@ -175,6 +183,7 @@ class Search {
     spent_ += p.work;
     if (!t.complete() || !std::isfinite(r.energy.max_rel_error)) return p;
     p.error = r.energy.max_rel_error;
+    p.end = r.final_state.x;
     const double other =
         std::max({r.linear_momentum_error, r.angular_momentum_error, r.quaternion_norm_error});
     // If Newton's method is needed, the step is too long for symmetry to rounding.
@@ -249,8 +258,19 @@ constexpr const char* tail =
     "dc_motor, controller, wheel\n"
     "# joint = \"a_joint\"\n# damping = 0.1                  # N m s/rad\n";
 
+/// Slides that have left their limits by more than their range: nothing stops them.
+std::vector<std::string> runaways(const mechanics::Mechanism& m, const std::vector<double>& x) {
+  std::vector<std::string> names;
+  for (const auto& j : m.joint_properties())
+    if (j.turn < 0 && j.lower && j.upper && !x.empty() &&
+        std::fabs(2 * x[size_t(j.q)] - *j.lower - *j.upper) > 3 * (*j.upper - *j.lower))
+      names.push_back(j.joint);
+  return names;
+}
+
 /// Finds the keys of [model]. @throws InvalidArgument with the message of the last attempt
-Accepted accept(const std::string& content, const std::string& urdf, Base base) {
+Accepted accept(const std::string& content, const std::string& urdf, Base base,
+                const std::vector<std::string>& runaway = {}) {
   std::vector<std::string> lock, light;
   while (true) {
     std::optional<mechanics::MasslessPart> massless;
@@ -259,10 +279,11 @@ Accepted accept(const std::string& content, const std::string& urdf, Base base) 
       mechanics::UrdfOptions options;
       options.base = base;
       options.locked = lock;
+      options.locked.insert(options.locked.end(), runaway.begin(), runaway.end());
       if (a.massless) options.links_without_inertia = mechanics::UrdfOptions::NoInertia::massless;
       options.accept_unphysical_inertia = a.unphysical;
       try {
-        return {mechanics::parse_urdf(content, urdf, options), base, a, lock, light};
+        return {mechanics::parse_urdf(content, urdf, options), base, a, lock, light, runaway};
       } catch (const mechanics::MasslessPart& e) {
         massless = e;
         refusal = e.what();
@@ -302,13 +323,23 @@ Accepted accept(const std::string& content, const std::string& urdf, std::option
 std::string starter_scene(const std::string& urdf, const std::string& shown,
                           std::optional<Base> base) {
   const std::string content = read_file(urdf);
-  const Accepted accepted = accept(content, urdf, base);
+  Accepted accepted = accept(content, urdf, base);
   const bool floats = accepted.base == Base::free;
-  const std::string begin = head(shown, accepted);
-  const Pilot first{methods[0], steps[0], durations[0]};
-  const Scene scene =
-      read_scene_again("scene.toml", {begin + method_tables(first, floats), content});
-  const Pilot p = Search(assemble(scene), floats).run();
+  std::string begin;
+  const auto search = [&] {
+    begin = head(shown, accepted);
+    const Pilot first{methods[0], steps[0], durations[0]};
+    const Scene scene =
+        read_scene_again("scene.toml", {begin + method_tables(first, floats), content});
+    return Search(assemble(scene), floats).run();
+  };
+  Pilot p = search();
+  const auto& joints = accepted.model.mechanism.joint_properties();
+  const auto away = runaways(accepted.model.mechanism, p.end);
+  if (!away.empty() && away.size() < joints.size()) {  // something is left that moves
+    accepted = accept(content, urdf, accepted.base, away);
+    p = search();
+  }
   if (!(p.error < HUGE_VAL))
     throw InvalidArgument(
         fmt::format("{}: no pilot run of {} with steps from {:g} to {:g} s came to "

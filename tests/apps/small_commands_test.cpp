@@ -107,6 +107,26 @@ TEST_F(SmallCommands, NewScenesOfEveryModelPass) {
   EXPECT_GE(passed, 28);
 }
 
+/// Slides that nothing stops run out of the picture, ±223 m in 20 s: they are held, and a comment
+/// says so. Control: the cart of a cart-pole stays near its range and keeps its freedom.
+TEST_F(SmallCommands, NewHoldsSlidesThatRunAway) {
+  const std::string panda = std::string(PORTHOS_SOURCE_DIR) + "/tests/data/models/panda9.urdf";
+  ASSERT_EQ(porthos("new '" + panda + "' --out panda.toml").code, 0);
+  EXPECT_NE(
+      text("panda.toml")
+          .find(
+              "# Held, as they slide far out of their limits, which only an [[element]] enforces: "
+              "\"panda_finger_joint1\", \"panda_finger_joint2\"\nlock = [\"panda_finger_joint1\""),
+      std::string::npos)
+      << text("panda.toml");
+  const Answer ran = porthos("run panda.toml --no-report --out panda");
+  EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+  EXPECT_EQ(ran.err.find("finger"), std::string::npos) << ran.err;
+  ASSERT_EQ(porthos("new " + example("cart_pole_plan/cart_pole.urdf") + " --out cart.toml").code,
+            0);
+  EXPECT_EQ(text("cart.toml").find("lock = "), std::string::npos) << text("cart.toml");
+}
+
 /// Faults that every robot tool takes are taken, each with a note that run prints and the summary
 /// keeps.
 TEST_F(SmallCommands, NewScenesOfFaultyFilesPassAndSaySo) {

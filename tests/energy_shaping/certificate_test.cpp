@@ -106,7 +106,7 @@ TEST(Certify, AJointThatNothingHoldsIsNamed) {
     s.compensate = false;
     const PotentialLoop loop(arm, s);
     CertifyOptions o{.region = {{-1, -1, -1}, {1, 1, 1}},
-                     .starts = {arm->state(Vec{0.5, 0.8, 0.4})}};
+                     .starts = {arm->state(Vec{0.5, 0.8, 0.4}, Vec{0, 0, 0})}};
     o.run.duration = 40;
     o.run.step = 0.01;
     return certify(loop, o);
