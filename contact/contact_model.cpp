@@ -120,7 +120,7 @@ ContactModel::PlacedJoint place(const Mechanism& m, const std::string& joint) {
   const mechanics::JointCoordinates& c = m.coordinate(joint);
   if (c.nq != 1 || c.nv != 1)
     throw InvalidArgument(
-        fmt::format("joint '{}' has several freedoms, expected a joint of one", joint));
+        fmt::format("joint '{}' has several degrees of freedom, expected a joint of one", joint));
   const bool turns = c.kind == phs::BlockKind::angle;
   return {size_t(c.q), size_t(c.v), turns ? m.nodes()[size_t(c.node)].turn : -1};
 }

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "energy_shaping/certificate.h"
@@ -101,8 +102,15 @@ struct UnheldForce {
     joint = at;
     return true;
   }
-  /// " at 'elbow'"; empty: there is none.
-  std::string where() const { return joint.empty() ? "" : " at '" + joint + "'"; }
+  /// A condition of a certificate: that it is at most `bound` of `scale`. `what`: the text of the
+  /// item; `remedy`: what to do at the joint, told where it fails.
+  void certify(Certificate& certificate, double scale, double bound, const std::string& what,
+               const std::string& remedy, std::vector<double> at) const {
+    const double part = size / scale;
+    certificate.at_most("force without actuator", part, bound,
+                        what + (part <= bound ? "" : "; at '" + joint + "': " + remedy),
+                        std::move(at));
+  }
 };
 
 /// Throws InvalidArgument for the first failing item of a certificate, if any.

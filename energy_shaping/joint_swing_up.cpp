@@ -43,7 +43,7 @@ JointSwingUp::JointSwingUp(std::shared_ptr<const mechanics::MechanicalModel> pla
   phs::refuse_constraints(d, "a swing-up");
   for (const auto& c : m.coordinates())
     if (c.nq != 1)
-      throw InvalidArgument("a swing-up takes joints of one freedom; '" + c.joint +
+      throw InvalidArgument("a swing-up takes joints of one degree of freedom; '" + c.joint +
                             "' has several");
   require_size("upright", upright.size(), size_t(m.nq()));
   check_gains(gains);

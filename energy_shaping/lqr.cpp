@@ -84,7 +84,8 @@ Lqr::Lqr(std::shared_ptr<const mechanics::MechanicalModel> plant,
   phs::refuse_constraints(d, "an LQR");
   for (const auto& c : plant_->mechanism().coordinates())
     if (c.nq != 1)
-      throw InvalidArgument("an LQR takes joints of one freedom; '" + c.joint + "' has several");
+      throw InvalidArgument("an LQR takes joints of one degree of freedom; '" + c.joint +
+                            "' has several");
   require_size("rest", rest_.size(), size_t(plant_->mechanism().nq()));
   if (!periodic_.empty()) require_size("periodic", periodic_.size(), rest_.size());
   const auto at = port_offsets(d, actuators_);
@@ -120,11 +121,9 @@ void Lqr::balance(const std::vector<int>& at) {
   for (const int a : at) u_.push_back(-dx[n + size_t(a)]);
   for (size_t k = 0; k < n; ++k)
     if (std::find(at.begin(), at.end(), int(k)) == at.end()) left.take(dx[n + k], names[k]);
-  certificate_.at_most("force without actuator", left.size / scale, 1e-9,
-                       "at the rest point" + left.where() +
-                           ", over that of 100 random positions; drive it, or state a target "
-                           "where it balances",
-                       {rest_.begin(), rest_.begin() + long(n)});
+  left.certify(certificate_, scale, 1e-9, "at the rest point, over that of 100 random positions",
+               "drive it, or state a target where it balances",
+               {rest_.begin(), rest_.begin() + long(n)});
   certificate_.report("effort at rest", left.size, "u* of each actuator", u_);
 }
 

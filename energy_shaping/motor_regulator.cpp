@@ -29,8 +29,9 @@ MotorRegulator::MotorRegulator(const mechanics::MechanicalModel& model,
   phs::refuse_constraints(model.description(), "a regulator of motors with springs");
   for (const auto& c : model.mechanism().coordinates())
     if (c.nq != 1)
-      throw InvalidArgument("a regulator of motors with springs takes joints of one freedom; '" +
-                            c.joint + "' has several");
+      throw InvalidArgument(
+          "a regulator of motors with springs takes joints of one degree of freedom; '" + c.joint +
+          "' has several");
   require_size("rest", rest.size(), size_t(model.mechanism().nq()));
   for (const SprungJoint& j : joints_) {
     at_.push_back(size_t(port_offsets(model.description(), {j.port})[0]));
@@ -56,11 +57,9 @@ void MotorRegulator::check(const mechanics::MechanicalModel& model,
     if (std::ranges::find(at_, k) == at_.end()) left.take(g[k], names[k]);
   }
   for (const size_t k : at_) load_.push_back(g[k]);
-  certificate_.at_most("force without actuator", left.size / scale, 1e-9,
-                       "load at rest" + left.where() +
-                           ", which has no motor, over the largest; give it one, or state a rest "
-                           "where nothing loads it",
-                       rest);
+  left.certify(certificate_, scale, 1e-9,
+               "loads at rest of joints without a spring, over the largest",
+               "give it a motor, or state a rest where nothing loads it", rest);
   certificate_.report("loads", scale, "g(q_d) of each motor [N m]", load_);
 
   auto x = rest;

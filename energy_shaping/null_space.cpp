@@ -124,7 +124,7 @@ void NullSpaceLoop::take_task(const PotentialShaping& task, const mechanics::Mec
   const size_t n = size_t(m.nv());
   for (const auto& c : m.coordinates())
     if (c.nq != 1)
-      refuse_posture(name, "joint '" + c.name + "' has several freedoms, expected one");
+      refuse_posture(name, "joint '" + c.name + "' has several degrees of freedom, expected one");
   if (task.poses.size() != 1 || !task.joints.empty() || task.zero_momentum)
     refuse_posture(
         name, fmt::format("the task has {} poses and {} joint springs, expected one pose alone",
@@ -147,8 +147,9 @@ void NullSpaceLoop::take_task(const PotentialShaping& task, const mechanics::Mec
       rows_.push_back(i);
   for (int i = 0; i < 3 && spring.stiffness > 0; ++i) rows_.push_back(3 + i);
   if (rows_.empty() || rows_.size() >= n)
-    refuse_posture(
-        name, fmt::format("a task of {} numbers leaves no freedom to {} joints", rows_.size(), n));
+    refuse_posture(name,
+                   fmt::format("a task of {} numbers leaves no degree of freedom to {} joints",
+                               rows_.size(), n));
 }
 
 void NullSpaceLoop::describe() {

@@ -25,7 +25,7 @@ const mechanics::JointCoordinates& single(const mechanics::Mechanism& m, int v,
                                           const std::string& name, const std::string& port) {
   for (const auto& c : m.coordinates())
     if (c.v == v && c.nq == 1) return c;
-  refuse_shaping(name, "port '" + port + "' is no joint of one freedom");
+  refuse_shaping(name, "port '" + port + "' is no joint of one degree of freedom");
 }
 
 /// The joint of a number of v.
@@ -100,7 +100,8 @@ Parts look_up(const mechanics::MechanicalModel& model, const PotentialShaping& s
     if (c.node == 0)
       base += c.nv;
     else if (c.nq != 1)
-      refuse_shaping(s.name, "zero_momentum needs joints of one freedom, not '" + c.name + "'");
+      refuse_shaping(s.name,
+                     "zero_momentum needs joints of one degree of freedom, not '" + c.name + "'");
   }
   if (roots != 1 || base != 6 || m.has_gravity())
     refuse_shaping(s.name, "zero_momentum needs one free base and no gravity");
@@ -222,14 +223,13 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
     }
   }
   if (!parts_.zero_momentum)
-    certificate_.at_most(
-        "force without actuator", worst.size / scale, shaping.tolerance,
-        "potential matching" + worst.where() + ", relative, 500 random coordinates; " +
-            (parts_.compensate
-                 ? "drive it, or keep the model's gravity and springs (gravity = \"keep\", in "
-                   "programs compensate = false), whose compensation acts there"
-                 : "drive it, or hold only what the actuators reach"),
-        at);
+    worst.certify(certificate_, scale, shaping.tolerance,
+                  "potential matching, relative, 500 random coordinates",
+                  parts_.compensate
+                      ? "drive it, or keep the model's gravity and springs (gravity = \"keep\", in "
+                        "programs compensate = false), whose compensation acts there"
+                      : "drive it, or hold only what the actuators reach",
+                  at);
   std::vector<double> e(2 * nq);
   s.gradient(rest_, e);
   double slope = 0, stiffness = 1e-300;

@@ -83,7 +83,7 @@ StructurePreservingRegulator::StructurePreservingRegulator(
     if (c.nq != 1)
       throw InvalidArgument(
           "elastic-structure-preserving regulation takes "
-          "joints of one freedom; '" +
+          "joints of one degree of freedom; '" +
           c.joint + "' has several");
   const auto n = size_t(model->mechanism().nv());
   const std::vector<double> none(n, 0.0);

@@ -149,7 +149,7 @@ PdPlus::PdPlus(std::shared_ptr<const mechanics::MechanicalModel> plant,
   const auto& m = model->mechanism();
   for (const auto& c : m.coordinates())
     if (c.nq != 1)
-      throw InvalidArgument("PD+ takes joints of one freedom; '" + c.joint + "' has " +
+      throw InvalidArgument("PD+ takes joints of one degree of freedom; '" + c.joint + "' has " +
                             std::to_string(c.nv));
   require_size("trajectory", path->size(), size_t(m.nv()));
   require_size("kp", p.size(), size_t(m.nv()));

@@ -97,7 +97,7 @@ void VtolOnModel::read(const Engine& engine, const std::vector<double>& rest, Da
     if (c.nq == 1) (c.unit == "rad" ? hinges : slides).push_back(size_t(c.q));
   if (m.nq() != 3 || slides.size() != 2 || hinges.size() != 1)
     refuse_vehicle(
-        fmt::format("'{}' has {} slides and {} hinges of one freedom, expected two and "
+        fmt::format("'{}' has {} slides and {} hinges of one degree of freedom, expected two and "
                     "one and nothing else",
                     data.model->description().name, slides.size(), hinges.size()));
   require_size("rest", rest.size(), 3);

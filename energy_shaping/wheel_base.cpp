@@ -63,7 +63,8 @@ WheelBase::WheelBase(std::shared_ptr<const PotentialLoop> shaped, WheelBaseOptio
     const auto c = std::find_if(m.coordinates().begin(), m.coordinates().end(),
                                 [&](const auto& j) { return j.v == at[0] && j.nq == 1; });
     if (at.size() != 1 || at[0] >= m.nv() || c == m.coordinates().end())
-      refuse_wheels(name, "port '" + port + "' is no joint of one freedom, expected a wheel's");
+      refuse_wheels(name,
+                    "port '" + port + "' is no joint of one degree of freedom, expected a wheel's");
     if (shaped_->parts().damping[size_t(at[0])] != 0)
       refuse_wheels(name, "the shaping has damping at the wheel '" + port + "', expected none");
     for (const auto& s : shaped_->parts().joints)

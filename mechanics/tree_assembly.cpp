@@ -226,8 +226,8 @@ class TreeAssembly {
       refuse_joint(
           b, "rotor inertia is " + number(j.rotor_inertia) + ", expected a finite number >= 0");
     if (j.rotor_inertia > 0 && freedoms != 1)
-      refuse_joint(b, "a rotor inertia needs a joint of one freedom, '" + j.type + "' has " +
-                          std::to_string(freedoms));
+      refuse_joint(b, "a rotor inertia needs a joint of one degree of freedom, '" + j.type +
+                          "' has " + std::to_string(freedoms));
     if (!std::isfinite(j.rest)) refuse_joint(b, "rest is not finite");
     if (j.lower && j.upper && !(*j.lower <= *j.upper))
       refuse_joint(
@@ -236,8 +236,8 @@ class TreeAssembly {
     const Node& n = r_.nodes.back();
     if (freedoms != 1) {
       if (j.damping != 0 || j.stiffness != 0)
-        refuse_joint(
-            b, "damping and stiffness need a joint of one freedom, '" + j.type + "' has several");
+        refuse_joint(b, "damping and stiffness need a joint of one degree of freedom, '" + j.type +
+                            "' has several");
       return;
     }
     r_.properties.push_back({j.name.empty() ? b.name : j.name, n.q, n.v, n.turn, j.damping,

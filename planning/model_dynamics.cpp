@@ -147,7 +147,7 @@ std::unique_ptr<Dynamics> dynamics_of(std::shared_ptr<const phs::Model> model,
     if (port->size != 1)
       throw InvalidArgument(
           fmt::format("port '{}' has {} numbers, expected one: a torque or a "
-                      "force at a joint of one freedom",
+                      "force at a joint of one degree of freedom",
                       name, port->size));
     inputs.push_back(linear->input(port->at));
     if (inputs.back().momentum < 0)

@@ -127,7 +127,7 @@ void WholeBody::Work::explain(const HierarchySolution& s) {
   const auto& limits = s.levels[1];
   out.why.clear();
   if (!equations.met) {
-    out.why = "the contacts and the freedoms without motor contradict each other by " +
+    out.why = "the contacts and the degrees of freedom without motor contradict each other by " +
               std::to_string(equations.distance()) + " in their accelerations or forces";
   } else if (!limits.met) {
     out.why = "these limits cannot be kept together:";

@@ -43,7 +43,7 @@ std::vector<LimitedJoint> limited_joints(const mechanics::Mechanism& m,
   std::vector<LimitedJoint> joints;
   const auto known = single_freedoms(m);
   for (const auto& l : limits) {
-    const auto& p = *find_named(known, l.joint, "there is no joint of one freedom",
+    const auto& p = *find_named(known, l.joint, "there is no joint of one degree of freedom",
                                 [](const auto* c) -> const std::string& { return c->joint; });
     for (const auto& other : joints)
       if (other.v == p.v) throw InvalidArgument("the joint '" + l.joint + "' has limits twice");

@@ -142,7 +142,7 @@ const char* to_string(Provenance p) {
     case Provenance::derived:
       return "derived";
     case Provenance::recalled:
-      return "recalled, unverified";
+      return "from memory, unverified";
     case Provenance::illustrative:
       return "chosen here";
   }

@@ -61,7 +61,7 @@ Device qbmove() {
   d.remark =
       "The limit is of each spring: |deflection| + |sigma| is at most 0.8 rad. The second spring "
       "of the device "
-      "is recalled as a2 = 6.9602 1/rad, k2 = 0.0216 N m and not used.";
+      "is remembered as a2 = 6.9602 1/rad, k2 = 0.0216 N m and not used.";
   d.sigma = {0, 0.2, 0.4, 0.6};
   d.deflection = 0.6;
   return d;
@@ -187,7 +187,8 @@ Device awas() {
   Device d{.name = "awas", .title = "AwAS", .family = "lever_arm"};
   d.parameters = {of("ks", 8e4, "N/m", recalled)};
   stops(d, 0.19, 5e5, recalled, userguide);
-  range(d, 0.0137, 0.09, "m", derived, "30 to 1300 N m/rad by 2 ks sigma^2, from recalled numbers");
+  range(d, 0.0137, 0.09, "m", derived,
+        "30 to 1300 N m/rad by 2 ks sigma^2, from numbers from memory");
   d.datasheet = {recall("torque", {80}, "N m"), recall("stiffness", {30, 1300}, "N m/rad"),
                  recall("time to change stiffness", {3.5}, "s"), recall("mass", {1.8}, "kg")};
   d.sigma = {0.0137, 0.03, 0.06, 0.09};

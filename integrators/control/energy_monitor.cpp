@@ -114,11 +114,11 @@ bool EnergyMonitor::step_holds(const Account& after) const {
 std::string EnergyMonitor::fault(const Account& after, const State& s) {
   if (!std::isfinite(after.defect)) return "the energy is not finite";
   if (!step_holds(after))
-    return text_of("the step adds %.2e to the relative defect of the balance (limit %.2e)",
+    return text_of("the step adds %.2e to the relative residual of the balance (limit %.2e)",
                    (after.defect - (project_ ? 0.0 : account_.defect)) / scale_J_,
                    monitor_.step_limit);
   if (beyond(after.defect, monitor_.limit))
-    return text_of("the relative defect of the balance is %.2e (limit %.2e)",
+    return text_of("the relative residual of the balance is %.2e (limit %.2e)",
                    after.defect / scale_J_, monitor_.limit);
   if (monitor_.watch) {
     for (size_t i = 0; i < n_; ++i) x_[i] = s.x[i] + s.lo[i];

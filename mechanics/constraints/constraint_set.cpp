@@ -163,7 +163,7 @@ void ConstraintSet::add_term(const Mechanism& m, const std::string& name, const 
       m.coordinates(), t.coordinate, "constraint '" + name + "': the mechanism has no coordinate");
   if (q.nq != 1 || q.nv != 1)
     refuse_constraint(name, "'" + t.coordinate + "' has " + std::to_string(q.nv) +
-                                " freedoms, expected a coordinate with one");
+                                " degrees of freedom, expected a coordinate with one");
   const int turn = q.kind == phs::BlockKind::angle ? m.nodes()[size_t(q.node)].turn : -1;
   to.above = united(std::move(to.above), ancestors(m, q.node));
   to.terms.push_back({q.node, q.q, q.v, turn, t.factor});

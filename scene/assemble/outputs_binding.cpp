@@ -88,7 +88,8 @@ void Outputs::bind_joint(Item& item) {
     return;
   }
   if (!own.empty())
-    refuse_output(o, "joint '" + o.of_what + "' has several freedoms, expected one of: " + own);
+    refuse_output(
+        o, "joint '" + o.of_what + "' has several degrees of freedom, expected one of: " + own);
   for (const auto& c : assembly_.mechanism->coordinates())
     if (c.name == o.of_what || c.joint == o.of_what)
       refuse_output(o, "joint '" + o.of_what +

@@ -45,9 +45,10 @@ std::string no_start(const std::string& name, const Mechanism& m) {
     if (is_single(c) || turns) add_to_list(known, (turns ? c.joint : c.name));
     if (c.joint == name) add_to_list(own, c.name);
   }
-  return own.empty() ? "the model has no joint of this name, expected one of: " +
-                           (known.empty() ? "(none)" : known)
-                     : "it has several freedoms, expected each of them by its name: " + own;
+  return own.empty()
+             ? "the model has no joint of this name, expected one of: " +
+                   (known.empty() ? "(none)" : known)
+             : "it has several degrees of freedom, expected each of them by its name: " + own;
 }
 
 void store(const Vec3d& a, std::vector<double>& to, int offset) {
@@ -87,7 +88,7 @@ void put_joint(const std::string& name, const JointStart& start, const Mechanism
     if (c.name == name + ".position") position = &c;
   }
   if (single && start.motion)
-    refuse_start(name, start, "it has one freedom, expected position and velocity");
+    refuse_start(name, start, "it has one degree of freedom, expected position and velocity");
   if (single) {
     s.q[size_t(single->q)] = start.position;
     s.v[size_t(single->v)] = start.velocity;
@@ -162,7 +163,7 @@ std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
         moved.rank < model.mechanism().nv()
             ? ""
             : fmt::format(
-                  "the constraints leave no freedom, {} independent rows for {} rates: "
+                  "the constraints leave no degree of freedom, {} independent rows for {} rates: "
                   "nothing can move",
                   moved.rank, model.mechanism().nv());
     if (moved.moved < 1e-12 && moved.sped_up < 1e-12) return stiff;

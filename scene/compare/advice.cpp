@@ -118,8 +118,8 @@ std::string rival_clause(const Comparison& c, const Reach* own, const Reach* riv
                        setting_text(*rival), ratio, rival->drifts ? " and drifts" : "");
   }
   const Smallest s = smallest(c, true);
-  if (!s.trial) return "; no rival came to the end";
-  return "; no rival reached it, the smallest error was " + smallest_text(s);
+  if (!s.trial) return "; no reference solver came to the end";
+  return "; no reference solver reached it, the smallest error was " + smallest_text(s);
 }
 
 std::string sentence(const Comparison& c, const Advice& a) {

@@ -10,7 +10,7 @@
 #include "scene/compare/reference_state.h"
 #include "scene/compare/trial.h"
 
-/// Speed against error: every method that fits a scene, over a range of steps or tolerances.
+/// Speed against error: every applicable method, over a range of steps or tolerances.
 namespace porthos::scene {
 
 /// Trajectories are compared until a deviation has grown by this factor.

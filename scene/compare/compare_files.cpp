@@ -235,7 +235,7 @@ std::string comparison_table(const Scene& scene, const Comparison& c) {
         not_believed);
   if (!names_of([](const auto& m) { return m.short_sweeps; }).empty())
     text +=
-        "note     \"short\": sweeps stopped at the error of the run above with the same step "
+        "note     \"short\": iterations stopped at the error of the run above with the same step "
         "(iteration_tolerance in a scene)\n";
   const std::string names = names_of([](const auto& m) { return m.cut_short; });
   if (!names.empty())

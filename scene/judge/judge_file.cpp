@@ -72,7 +72,7 @@ void add_notes(RunReport& r, const std::string& file, size_t rows, size_t powers
   if (powers > 0)
     r.notes.push_back(
         "works of the model's own dampers and sources are taken by the trapezoidal rule between "
-        "rows, whose error stands in the defect of the balance");
+        "rows, whose error stands in the residual of the balance");
 }
 
 /// The scene that a trajectory is judged as: its model, without outputs and stops of a run.

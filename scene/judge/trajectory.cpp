@@ -132,7 +132,7 @@ Trajectory::Trajectory(const TrajectoryTable& table, const TrajectoryMap& map, c
     const auto torque = finder.find(map.torque, "torque", c, c.nv);
     if (!torque.empty() && c.nv > 1)
       throw InvalidArgument(fmt::format(
-          "{}: torques are given for '{}', which has {} freedoms, expected joints "
+          "{}: torques are given for '{}', which has {} degrees of freedom, expected joints "
           "of one",
           map.path.empty() ? table.at(0) : map.where.at("torque." + c.name), c.name, c.nv));
     if (!torque.empty()) {

@@ -250,10 +250,11 @@ ControlledJoint controlled_joint(const mechanics::MechanicalModel& model, const 
   const std::string member = "mechanism.";
   const JointPlace at = joint_place(model, c.where, "controller '" + c.name + "'", joint);
   if (at.port_size > 1)
-    refuse(c.where,
-           fmt::format("controller '{}': '{}' is one of {} freedoms of its joint, expected "
-                       "a joint of one freedom",
-                       c.name, joint, at.port_size));
+    refuse(
+        c.where,
+        fmt::format("controller '{}': '{}' is one of {} degrees of freedom of its joint, expected "
+                    "a joint of one degree of freedom",
+                    c.name, joint, at.port_size));
   return {size_t(at.q), at.port.substr(member.size())};
 }
 

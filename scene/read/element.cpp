@@ -74,16 +74,16 @@ void JointElement::require_freedom(const Element& e) const {
   std::string names;
   for (const auto& f : freedoms_of(model.mechanism()))
     if ("mechanism." + f.of->name == place.coordinate) add_to_list(names, f.name);
-  throw InvalidArgument(
-      fmt::format("element '{}': a {} acts at one freedom and '{}' has {}, expected one of: {}",
-                  e.name, e.type, e.joint, place.size, names));
+  throw InvalidArgument(fmt::format(
+      "element '{}': a {} acts at one degree of freedom and '{}' has {}, expected one of: {}",
+      e.name, e.type, e.joint, place.size, names));
 }
 
 void JointElement::require_number(const Element& e) const {
   if (place.size == 1 && !place.coordinate.empty()) return;
   throw InvalidArgument(fmt::format(
       "element '{}': a {} depends on a coordinate of one number and '{}' is {}, expected "
-      "a joint of one freedom",
+      "a joint of one degree of freedom",
       e.name, e.type, e.joint, place.size > 1 ? "one of several" : "a rate without a coordinate"));
 }
 

@@ -66,9 +66,9 @@ JointPlace joint_place(const mechanics::MechanicalModel& model, const std::strin
     add_to_list(known, c.name);
     if (c.name == joint) return place_at(model, c, c.v, 1);
   }
-  throw InvalidArgument(
-      fmt::format("{}: {}: the model has no joint '{}' of one freedom, expected one of: {}", where,
-                  who, joint, known.empty() ? "(none)" : known));
+  throw InvalidArgument(fmt::format(
+      "{}: {}: the model has no joint '{}' of one degree of freedom, expected one of: {}", where,
+      who, joint, known.empty() ? "(none)" : known));
 }
 
 JointPlace element_place(const mechanics::MechanicalModel& model, const std::string& where,

@@ -217,7 +217,7 @@ class Reader {
         t.is_array("position")) {
       if (t.has("velocity"))
         t.fail("velocity",
-               "is given to a joint of several freedoms, expected linear_velocity or "
+               "is given to a joint of several degrees of freedom, expected linear_velocity or "
                "angular_velocity");
       start.motion = read_base_start(t);
       start.translates = t.has("position") || t.has("linear_velocity");

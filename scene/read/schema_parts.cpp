@@ -91,7 +91,8 @@ std::vector<SchemaTable> part_tables() {
         yes_or_no("closed", "false", "of on_curve: the last point is joined to the first")}},
       {"loop.frame",
        "[loop.a], [loop.b]",
-       "A frame on a link. The joint is closed where a and b coincide, except for its freedoms.",
+       "A frame on a link. The joint is closed where a and b coincide, except for its degrees of "
+       "freedom.",
        {text("link", required, "of the model, or \"world\""),
         numbers("position", 3, "m", "[0, 0, 0]", "in the link's frame"),
         numbers("axis", 3, "1", "[0, 0, 1]",
@@ -123,7 +124,7 @@ std::vector<SchemaTable> part_tables() {
        "[[motion]]",
        "A joint that moves as told, by a motor of any strength. One of moves, steady, swing.",
        {text("name", required, "in the ledger and in messages"),
-        text("joint", required, "coordinate with one freedom, as porthos info names it"),
+        text("joint", required, "coordinate with one degree of freedom, as porthos info names it"),
         table("moves", "motion.moves", "one of the three", "from rest to rest"),
         table("steady", "motion.steady", "one of the three", "at one rate"),
         table("swing", "motion.swing", "one of the three", "to and fro")}},

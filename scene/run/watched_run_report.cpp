@@ -86,13 +86,14 @@ void WatchedRun::add_notes(RunReport& r) const {
   }
   add(notes_on_numbers(scene_, r.cost.sweeps));
   if (const auto remark = integrator_->remark(); !remark.empty() && !remarked(outcome_))
-    r.notes.push_back(integrator_->declaration().rival ? remark
-                                                       : "implicit equations by " + remark);
+    r.notes.push_back(integrator_->declaration().rival
+                          ? remark
+                          : "fixed-point iteration did not suffice in all steps: " + remark);
   if (!integrator_->port_work().empty() && !integrator_->integrates_power()) {
     r.impulses.integrated = false;
     r.notes.push_back(fmt::format(
         "{} keeps no ledger of its own: works are taken by two Gauss points of each step, whose "
-        "error (order 4 in the step) stands in the defect of the balance",
+        "error (order 4 in the step) stands in the residual of the balance",
         scene_.method));
   }
   if (monitor_ && !monitor_->text().empty()) r.notes.push_back(monitor_->text());

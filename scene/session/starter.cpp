@@ -81,8 +81,7 @@ std::string model_table(const std::string& shown, const Accepted& a) {
     text += "# Held, as they slide far out of their limits, which only an [[element]] enforces: " +
             quoted(held) + "\n";
   if (!a.lock.empty())
-    text += "# Held, as they move nothing that has mass, until the links have: " + quoted(a.lock) +
-            "\n";
+    text += "# Held, as they move no mass until their links have some: " + quoted(a.lock) + "\n";
   held.insert(held.end(), a.lock.begin(), a.lock.end());
   if (!held.empty()) text += fmt::format("lock = [{}]\n", quoted(held));
   for (const auto& link : a.light)
@@ -328,15 +327,15 @@ std::string starter_scene(const std::string& urdf, const std::string& shown,
   std::string begin;
   const auto search = [&] {
     begin = head(shown, accepted);
-    const Pilot first{methods[0], steps[0], durations[0]};
-    const Scene scene =
-        read_scene_again("scene.toml", {begin + method_tables(first, floats), content});
+    const auto scene = read_scene_again(
+        "scene.toml",
+        {begin + method_tables({methods[0], steps[0], durations[0]}, floats), content});
     return Search(assemble(scene), floats).run();
   };
   Pilot p = search();
-  const auto& joints = accepted.model.mechanism.joint_properties();
-  const auto away = runaways(accepted.model.mechanism, p.end);
-  if (!away.empty() && away.size() < joints.size()) {  // something is left that moves
+  const auto& m = accepted.model.mechanism;
+  const auto away = runaways(m, p.end);
+  if (!away.empty() && away.size() < m.joint_properties().size()) {  // something is left that moves
     accepted = accept(content, urdf, accepted.base, away);
     p = search();
   }

@@ -368,7 +368,8 @@ TEST(Advice, SaysWhenNobodyGetsThere) {
   const Comparison c = power_laws(50);
   EXPECT_EQ(scene::advise(c, 1e-9).sentence,
             "no method of ours reached an energy error of 1e-09 over 100 s, the smallest error was "
-            "6.3e-06 (gauss4, step 0.05 s, 20 s of CPU); no rival reached it, the smallest error "
+            "6.3e-06 (gauss4, step 0.05 s, 20 s of CPU); no reference solver reached it, the "
+            "smallest error "
             "was 1e-05 (cvode_adams, rtol 1e-05, 50 s of CPU)");
   EXPECT_TRUE(scene::advise(c, 1e-9).reaching.empty());
 }

@@ -197,7 +197,7 @@ TEST(NullSpace, RefusesWithTheReason) {
       {refusal([&] {
          NullSpaceLoop(small, hold_hand(small, "link_2", three), {{8}, three});
        }),
-       "leaves no freedom"}};
+       "leaves no degree of freedom"}};
   for (const auto& [got, expected] : cases) {
     std::printf("  %s\n", got.c_str());
     EXPECT_NE(got.find(expected), std::string::npos) << got;

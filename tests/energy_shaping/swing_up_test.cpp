@@ -117,9 +117,10 @@ TEST(JointSwingUp, RefusesWhatItCannotKeep) {
   says({.stiffness = 3}, "0 without an inertia");
   says({.inertia = 40}, "more than 0 with an inertia");
   says({.limit = -1}, "limit");
-  EXPECT_NE(
-      words_of([&] { JointSwingUp(test::free_body(), "base.wrench", {}, {}); }).find("one freedom"),
-      std::string::npos);
+  EXPECT_NE(words_of([&] {
+              JointSwingUp(test::free_body(), "base.wrench", {}, {});
+            }).find("one degree of freedom"),
+            std::string::npos);
   // Friction of the driven joint is cancelled, that of another joint is told.
   const JointSwingUp own(pendulum(0.3), "pivot.torque", {pi}, {});
   EXPECT_FALSE(own.certificate().has("friction without actuator"));

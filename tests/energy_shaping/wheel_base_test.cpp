@@ -119,7 +119,8 @@ TEST(WheelBase, RefusesWithTheReason) {
   const auto lopsided = satellite(pyramid, 0.02);
   const std::pair<std::string, std::string> cases[] = {
       {refusal([&] { WheelBase(shaped, {.wheels = ports(2)}); }), "axes span fails"},
-      {refusal([&] { WheelBase(shaped, {.wheels = {"base.wrench"}}); }), "no joint of one freedom"},
+      {refusal([&] { WheelBase(shaped, {.wheels = {"base.wrench"}}); }),
+       "no joint of one degree of freedom"},
       {refusal([&] {
          WheelBase(std::make_shared<const PotentialLoop>(m, damped), {.wheels = ports(4)});
        }),

@@ -67,7 +67,7 @@ TEST(EnergyMonitor, StopsAtTheLastGoodState) {
   std::printf("  stopped after step %lld, %.2e J off: %s\n", (long long)s.step, off,
               seen->text().c_str());
   EXPECT_GT(s.step, 0);
-  EXPECT_NE(seen->text().find("the relative defect of the balance is"), std::string::npos);
+  EXPECT_NE(seen->text().find("the relative residual of the balance is"), std::string::npos);
 }
 
 TEST(EnergyMonitor, RepeatsAStepInSmallerParts) {

@@ -149,7 +149,7 @@ TEST(Builder, RefusesBadJoints) {
             "joint 'arm': friction is -1, expected a finite number >= 0");
   for (const std::string type : {"cylindrical", "spherical", "free", "universal", "planar"}) {
     const std::string expected =
-        "joint 'arm': damping and stiffness need a joint of one freedom, '" + type +
+        "joint 'arm': damping and stiffness need a joint of one degree of freedom, '" + type +
         "' has several";
     EXPECT_EQ(refusal_of([&](auto& b) {
                 b.joint.type = type;

@@ -275,10 +275,11 @@ TEST(Rotor, RefusesWhatHasNoMeaning) {
             "joint 'arm': rotor inertia is -1, expected a finite number >= 0");
   EXPECT_EQ(refusal(body("revolute", std::nan(""))),
             "joint 'arm': rotor inertia is nan, expected a finite number >= 0");
-  EXPECT_EQ(refusal(body("universal", 1)),
-            "joint 'arm': a rotor inertia needs a joint of one freedom, 'universal' has 2");
+  EXPECT_EQ(
+      refusal(body("universal", 1)),
+      "joint 'arm': a rotor inertia needs a joint of one degree of freedom, 'universal' has 2");
   EXPECT_EQ(refusal(body("fixed", 1)),
-            "joint 'arm': a rotor inertia needs a joint of one freedom, 'fixed' has 0");
+            "joint 'arm': a rotor inertia needs a joint of one degree of freedom, 'fixed' has 0");
   BodySpec frame = body("revolute", 1);  // the rotor gives the joint inertia, but nothing has mass
   frame.mass = {};
   EXPECT_EQ(refusal(frame), "mechanism 'test' has no mass: every moving body is massless");

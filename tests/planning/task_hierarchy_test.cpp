@@ -129,7 +129,7 @@ TEST(TaskHierarchy, LowerLevelsDisturbNone) {
   }
   std::printf(
       "  disturbed by %.1e (bound 1e-12), beyond limits %.1e (1e-12), %d programs, %d "
-      "freedoms below; as one level at least %.1e\n",
+      "degrees of freedom below; as one level at least %.1e\n",
       worst, beyond, programs, freedoms, weighted);
   EXPECT_LE(worst, 1e-12);
   EXPECT_LE(beyond, 1e-12);

@@ -267,7 +267,7 @@ TEST(ControllerScene, RefusalsSayWhereAndWhat) {
     EXPECT_NE(text.find("scene.toml:"), std::string::npos) << text;
   };
   says(refusal(bent, controller("potential", "joints.knee.damping = 1")),
-       "no joint 'knee' of one freedom");
+       "no joint 'knee' of one degree of freedom");
   says(refusal(bent, controller("potential", "gravity = \"keep\"")), "names no joints");
   says(refusal(bent, controller("potential", "joints.elbow = { target = 0, stiffness = 9 }")),
        "force without actuator");  // gravity at the shoulder, which has no actuator

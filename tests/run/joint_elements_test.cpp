@@ -395,12 +395,14 @@ TEST(JointElements, TheResolventKnowsTheCurvature) {
 TEST(JointElements, Refusals) {
   const std::string ball = on_foot("spherical"), sleeve = on_foot("cylindrical"),
                     loose = on_foot("floating");
-  EXPECT_EQ(refusal(ball, element("force", "j", "constant = 1")),
-            "element 'j.force': a force acts at one freedom and 'j' has 3, expected one of: "
-            "j.about_x, j.about_y, j.about_z");
-  EXPECT_EQ(refusal(ball, element("spring", "j.about_x", "stiffness = 1")),
-            "element 'j.about_x.spring': a spring depends on a coordinate of one number and "
-            "'j.about_x' is a rate without a coordinate, expected a joint of one freedom");
+  EXPECT_EQ(
+      refusal(ball, element("force", "j", "constant = 1")),
+      "element 'j.force': a force acts at one degree of freedom and 'j' has 3, expected one of: "
+      "j.about_x, j.about_y, j.about_z");
+  EXPECT_EQ(
+      refusal(ball, element("spring", "j.about_x", "stiffness = 1")),
+      "element 'j.about_x.spring': a spring depends on a coordinate of one number and "
+      "'j.about_x' is a rate without a coordinate, expected a joint of one degree of freedom");
   EXPECT_EQ(refusal(ball, element("spring", "j", "stiffness = 1\nrest = 0.3")),
             "element 'j.spring': rest is given at 'j', which is a coordinate of several numbers, "
             "expected stiffness and rest_attitude_wxyz");
@@ -428,15 +430,18 @@ TEST(JointElements, Refusals) {
   EXPECT_EQ(refusal(ball, output("joint_position", "j")),
             "output 'joint_position': joint 'j' turns freely, expected quantity = \"attitude\", "
             "\"angle\" or \"position\" of its link");
-  EXPECT_EQ(refusal(ball, output("joint_rate", "j")),
-            "output 'joint_rate': joint 'j' has several freedoms, expected one of: j.about_x, "
-            "j.about_y, j.about_z");
-  EXPECT_TRUE(says(refusal(ball, element("limits", "j", "lower = -1\nupper = 1\nstiffness = 1")),
-                   "of one number and 'j' is one of several, expected a joint of one freedom"));
+  EXPECT_EQ(
+      refusal(ball, output("joint_rate", "j")),
+      "output 'joint_rate': joint 'j' has several degrees of freedom, expected one of: j.about_x, "
+      "j.about_y, j.about_z");
+  EXPECT_TRUE(
+      says(refusal(ball, element("limits", "j", "lower = -1\nupper = 1\nstiffness = 1")),
+           "of one number and 'j' is one of several, expected a joint of one degree of freedom"));
   EXPECT_TRUE(says(refusal(sleeve,
                            "[[controller]]\ntype = 'potential'\nname = 'law'\njoints.\"j.angle\" = "
                            "{ stiffness = 1, damping = 1, target = 0 }\n"),
-                   "'j.angle' is one of 2 freedoms of its joint, expected a joint of one freedom"));
+                   "'j.angle' is one of 2 degrees of freedom of its joint, expected a joint of one "
+                   "degree of freedom"));
 }
 
 }  // namespace porthos::test::joint_elements_test

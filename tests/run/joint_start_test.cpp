@@ -90,9 +90,10 @@ TEST(JointStart, JointsOfSeveralNumbersAreNamedByCoordinate) {
   EXPECT_EQ(a.initial.x[0], 0.5);
   EXPECT_NEAR(rates(a)[1], 2, 1e-15);
   EXPECT_EQ(with("planar", "joints.\"j.x\".position = 1").initial.x.size(), 6u);
-  EXPECT_EQ(refusal("cylindrical", "joints.j.position = 1"),
-            "[initial] joints.j: it has several freedoms, expected each of them by its name: "
-            "j.angle, j.slide");
+  EXPECT_EQ(
+      refusal("cylindrical", "joints.j.position = 1"),
+      "[initial] joints.j: it has several degrees of freedom, expected each of them by its name: "
+      "j.angle, j.slide");
 }
 
 TEST(JointStart, Refusals) {
@@ -102,11 +103,12 @@ TEST(JointStart, Refusals) {
   EXPECT_EQ(refusal("spherical", "joints.j = { position = [1, 0, 0] }"),
             "[initial] joints.j: it is a ball joint, expected no position and no linear_velocity");
   EXPECT_EQ(refusal("revolute", "joints.j.angular_velocity = [0, 0, 1]"),
-            "[initial] joints.j: it has one freedom, expected position and velocity");
+            "[initial] joints.j: it has one degree of freedom, expected position and velocity");
   EXPECT_EQ(refusal("spherical", "joints.k.angular_velocity = [0, 0, 1]"),
             "[initial] joints.k: the model has no joint of this name, expected one of: j");
   EXPECT_NE(refusal("spherical", "joints.j = { angular_velocity = [0, 0, 1], velocity = 1 }")
-                .find("velocity is given to a joint of several freedoms, expected linear_velocity "
+                .find("velocity is given to a joint of several degrees of freedom, expected "
+                      "linear_velocity "
                       "or angular_velocity"),
             std::string::npos);
 }

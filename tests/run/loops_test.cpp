@@ -293,7 +293,8 @@ TEST(Loops, ConstraintsThatLeaveNoFreedomAreTold) {
   const std::string one = "[[coupling]]\nname = 'one'\nfactors = { shoulder = 1, elbow = 1 }\n",
                     two = "[[coupling]]\nname = 'two'\nfactors = { shoulder = 2, elbow = 1 }\n";
   EXPECT_EQ(told(one + two),
-            "the constraints leave no freedom, 2 independent rows for 2 rates: nothing can move");
+            "the constraints leave no degree of freedom, 2 independent rows for 2 rates: nothing "
+            "can move");
   EXPECT_EQ(told(one), "");
 }
 

@@ -272,7 +272,8 @@ TEST(NullSpaceScene, RefusalsSayWhereAndWhat) {
   says({.controller = hand(full), .base = "free", .urdf = afloat}, "the base is free");
   says(changed("target = 1.4", "target = -3"), "no coordinates near the start");
   // A pose is six numbers, the arm has four joints.
-  says({hand(full, "", ", attitude_stiffness = [9, 9, 9]")}, "leaves no freedom to 4 joints");
+  says({hand(full, "", ", attitude_stiffness = [9, 9, 9]")},
+       "leaves no degree of freedom to 4 joints");
   // Turned about y, the column moves the hand in the plane of the links alone.
   auto plane = arm_of_four();
   plane.replace(plane.find("0 0 1"), 5, "0 1 0");

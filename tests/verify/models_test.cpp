@@ -174,7 +174,8 @@ TEST_P(VerifyModel, PassesWithAStepChosenForIt) {
   const auto& s = a.summary;
   const Errors e(s);
   fmt::print(
-      "  {}: {} freedoms, step {} s (bound {}), energy error {:.1e} (bound {:.0e}), linear "
+      "  {}: {} degrees of freedom, step {} s (bound {}), energy error {:.1e} (bound {:.0e}), "
+      "linear "
       "momentum "
       "{:.1e} and angular momentum {:.1e} (bound {:.0e}), quaternion norm {:.1e} (bound {:.0e}), "
       "{:.2f} s CPU, {:.2f} s with the steps that were too long (no bound)\n",

@@ -147,7 +147,8 @@ TEST_F(Scenes, MistakesAreRefusedWithTheirLine) {
       {qbmove + fixed + held + "joints = 1",
        "unknown key 'joints' in [[actuator]], the nearest known one is 'joint'"},
       {"joint = \"wrist\"\ndevice = \"qbmove_advanced\"\n" + fixed + held,
-       "actuator 'wrist.actuator': the model has no joint 'wrist' of one freedom, expected one of: "
+       "actuator 'wrist.actuator': the model has no joint 'wrist' of one degree of freedom, "
+       "expected one of: "
        "shoulder, elbow"},
       {qbmove + fixed + held + "[[actuator]]\nname = \"again\"\n" + qbmove + fixed + held,
        "port 'mechanism.elbow.torque' is joined by"}};

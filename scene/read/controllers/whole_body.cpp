@@ -142,7 +142,8 @@ ControllerDesign design_whole_body(const Controller& c, const ControllerPlant& p
   made.ports = law->motors();
   if (made.ports.empty())
     throw InvalidArgument(fmt::format(
-        "controller '{}' has no joint with a motor, expected one of one freedom", c.name));
+        "controller '{}' has no joint with a motor, expected one of one degree of freedom",
+        c.name));
   made.sampled = law;
   return made;
 }
@@ -277,7 +278,7 @@ std::vector<SchemaTable> whole_body_tables() {
                  omega),
       task_table("angular_momentum", "About the centre of mass, towards 0.", {}, "ω of k' = -ω k",
                  true, false),
-      task_table("posture", "Of every joint of one freedom.",
+      task_table("posture", "Of every joint of one degree of freedom.",
                  {table("joints", "controller.whole_body.joint", "the start",
                         "by joint: other targets", KeyKind::named)},
                  omega, false)};

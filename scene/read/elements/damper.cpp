@@ -24,7 +24,8 @@ void read_damper(const Table& t, Element& e) {
 ElementType damper_element() {
   using namespace keys;
   return {"damper",
-          "Viscous, at one freedom or at all those of a ball joint, an attitude or a position.",
+          "Viscous, at one degree of freedom or at all those of a ball joint, an attitude or a "
+          "position.",
           ElementType::Place::joint,
           {number("damping", "N m s/rad (N s/m)", required, "0 or more")},
           read_damper};

@@ -52,7 +52,7 @@ ElementType soft_latch_element() {
   using namespace keys;
   return {
       "soft_latch",
-      "Springs and dampers in six freedoms between two links.",
+      "Springs and dampers in six degrees of freedom between two links.",
       ElementType::Place::link,
       {text("link", required, ""), text("body", required, "another link, or a [[body]]"),
        numbers("on_link", 3, "m", "[0, 0, 0]", "frame that coincides at rest"),
