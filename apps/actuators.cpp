@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "phs/error.h"
 #include "scene/files/files.h"
@@ -30,6 +31,23 @@ std::string rows(const char* heading, const std::vector<vsa::Quantity>& list) {
     text += fmt::format("| {} | {} | {} | {} | {} |\n", q.name, numbers(q), q.unit,
                         vsa::to_string(q.provenance), q.source);
   return text;
+}
+
+vsa::Provenance least_certain(const vsa::Device& d) {
+  auto worst = vsa::Provenance::published;
+  for (const auto& p : d.parameters) worst = std::max(worst, p.provenance);
+  return worst;
+}
+
+nlohmann::ordered_json quantities(const std::vector<vsa::Quantity>& list) {
+  auto j = nlohmann::ordered_json::array();
+  for (const auto& q : list)
+    j.push_back({{"name", q.name},
+                 {"value", q.value},
+                 {"unit", q.unit},
+                 {"from", vsa::to_string(q.provenance)},
+                 {"source", q.source}});
+  return j;
 }
 
 constexpr const char* own_energy =
@@ -61,15 +79,36 @@ constexpr const char* own_energy =
 
 std::string actuators_text() {
   scene::TextRows table{{"name", "family", "parameters", "what"}};
-  for (const auto& d : vsa::devices()) {
-    auto worst = vsa::Provenance::published;
-    for (const auto& p : d.parameters) worst = std::max(worst, p.provenance);
+  for (const auto& d : vsa::devices())
     table.push_back({d.name, d.family.empty() ? "-" : d.family,
-                     d.family.empty() ? "not public" : vsa::to_string(worst), d.title});
-  }
+                     d.family.empty() ? "not public" : vsa::to_string(least_certain(d)), d.title});
   return scene::aligned(table) +
          "\nparameters: the least certain of them. Details and sources: porthos actuators "
          "--markdown\n";
+}
+
+std::string actuators_json() {
+  using Json = nlohmann::ordered_json;
+  Json families = Json::array(), devices = Json::array();
+  for (const auto& f : vsa::families()) {
+    Json keys = Json::array();
+    for (const auto& k : f.keys)
+      keys.push_back(
+          {{"name", k.name}, {"unit", k.unit}, {"list", k.list}, {"optional", k.optional}});
+    families.push_back({{"name", f.name}, {"parameters", keys}});
+  }
+  for (const auto& d : vsa::devices()) {
+    const bool known = !d.family.empty();
+    devices.push_back({{"name", d.name},
+                       {"what", d.title},
+                       {"family", known ? Json(d.family) : Json()},
+                       {"least_certain", known ? Json(vsa::to_string(least_certain(d))) : Json()},
+                       {"parameters", quantities(d.parameters)},
+                       {"limits", quantities(d.stops)},
+                       {"datasheet", quantities(d.datasheet)},
+                       {"remark", d.remark}});
+  }
+  return Json{{"families", families}, {"devices", devices}}.dump(2) + "\n";
 }
 
 std::string actuators_markdown() {

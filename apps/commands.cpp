@@ -218,7 +218,8 @@ int export_command(const Arguments& a) {
 
 int info_command(const Arguments& a) {
   const scene::Scene s = read(a);
-  print(scene::info_text(s, scene::assemble(s)));
+  const scene::Assembly assembly = scene::assemble(s);
+  print(a.json ? scene::info_json(s, assembly) : scene::info_text(s, assembly));
   return exit_ok;
 }
 
@@ -227,12 +228,12 @@ int actuators_command(const Arguments& a) {
     write_actuator_plots(*a.plots);
     return exit_ok;
   }
-  print(a.markdown ? actuators_markdown() : actuators_text());
+  print(a.markdown ? actuators_markdown() : a.json ? actuators_json() : actuators_text());
   return exit_ok;
 }
 
 int methods_command(const Arguments& a) {
-  print(a.markdown ? methods_markdown() : methods_text());
+  print(a.markdown ? methods_markdown() : a.json ? methods_json() : methods_text());
   return exit_ok;
 }
 

@@ -232,7 +232,8 @@ void add_pages(CLI::App& app, Arguments& a) {
 
   add_scene_command(app, a, "info",
                     "what was assembled from a scene: states, ports, invariants, plan, cost",
-                    "porthos info examples/ets_vii/scene.toml");
+                    "porthos info examples/ets_vii/scene.toml")
+      ->add_flag("--json", a.json, "as one JSON object");
   auto* starter = add_command(app, "new", "a commented scene for a URDF file, which runs as it is",
                               "porthos new satellite.urdf --base free --out satellite/scene.toml");
   starter->add_option("URDF", a.scene, "model file")->required();
@@ -248,11 +249,14 @@ void add_pages(CLI::App& app, Arguments& a) {
               "porthos completion bash > ~/.local/share/bash-completion/completions/porthos")
       ->add_option("SHELL", a.scene, "bash, zsh or fish")
       ->required();
-  add_command(app, "methods", "the integrators and what they keep", "porthos methods")
-      ->add_flag("--markdown", a.markdown, "as a page of the documentation");
+  auto* methods =
+      add_command(app, "methods", "the integrators and what they keep", "porthos methods");
+  methods->add_flag("--markdown", a.markdown, "as a page of the documentation");
+  methods->add_flag("--json", a.json, "as one JSON object")->excludes("--markdown");
   auto* actuators =
       add_command(app, "actuators", "the actuators of the catalogue", "porthos actuators");
   actuators->add_flag("--markdown", a.markdown, "as a page of the documentation");
+  actuators->add_flag("--json", a.json, "as one JSON object")->excludes("--markdown");
   actuators->add_option("--plots", a.plots, "write a plot of each into a folder")->type_name("DIR");
 }
 

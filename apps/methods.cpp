@@ -1,6 +1,9 @@
 #include "apps/methods.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <nlohmann/json.hpp>
 
 #include "integrators/core/integrator.h"
 #include "scene/files/text_table.h"
@@ -15,11 +18,11 @@ const char* mark(Claim c) { return c == Claim::holds ? "yes" : c == Claim::fails
 
 std::string order_text(const Declaration& d) { return d.order ? std::to_string(d.order) : "-"; }
 
-std::string needs_text(const Declaration& d) {
+std::vector<std::string> needs(const Declaration& d) {
   const integrators::Needs& n = d.needs;
-  std::string text;
+  std::vector<std::string> list;
   const auto add = [&](bool asked, const char* what) {
-    if (asked) add_to_list(text, std::string(what));
+    if (asked) list.push_back(what);
   };
   add(n.canonical, "canonical");
   add(n.lossless, "lossless");
@@ -28,7 +31,13 @@ std::string needs_text(const Declaration& d) {
   add(n.contacts, "rigid contacts");
   add(n.flows, "partial flows or separable");
   add(d.rival && d.constraints, "constraints");
-  return text;
+  return list;
+}
+
+/// null: not known.
+nlohmann::ordered_json claim(Claim c) {
+  if (c == Claim::unknown) return nullptr;
+  return c == Claim::holds;
 }
 
 constexpr const char* legend[] = {
@@ -55,6 +64,25 @@ std::string methods_text() {
   return text;
 }
 
+std::string methods_json() {
+  auto list = nlohmann::ordered_json::array();
+  for (const auto& d : integrators::catalogue())
+    list.push_back({{"name", d.name},
+                    {"what", d.title},
+                    {"family", d.family},
+                    {"order", d.order ? nlohmann::ordered_json(d.order) : nullptr},
+                    {"symmetric", claim(d.symmetric)},
+                    {"symplectic", claim(d.symplectic)},
+                    {"energy", claim(d.energy_exact)},
+                    {"passivity", claim(d.passivity_exact)},
+                    {"quadratic", claim(d.quadratic_invariants)},
+                    {"constraints", d.constraints},
+                    {"resumes", d.resumable},
+                    {"needs", needs(d)},
+                    {"source", d.source}});
+  return nlohmann::ordered_json{{"methods", list}}.dump(2) + "\n";
+}
+
 std::string methods_markdown() {
   std::string text =
       "# Methods\n\n"
@@ -73,10 +101,10 @@ std::string methods_markdown() {
           "| source |\n|---|---|---|---|---|---|---|---|---|---|\n",
           family);
     }
-    text +=
-        fmt::format("| `{}` | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", d.name, d.title,
-                    order_text(d), mark(d.symmetric), mark(d.symplectic), mark(d.energy_exact),
-                    mark(d.passivity_exact), mark(d.quadratic_invariants), needs_text(d), d.source);
+    text += fmt::format("| `{}` | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", d.name, d.title,
+                        order_text(d), mark(d.symmetric), mark(d.symplectic), mark(d.energy_exact),
+                        mark(d.passivity_exact), mark(d.quadratic_invariants),
+                        fmt::join(needs(d), ", "), d.source);
   }
   return text;
 }

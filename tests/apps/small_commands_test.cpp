@@ -2,11 +2,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <string>
 
@@ -271,6 +273,72 @@ TEST_F(SmallCommands, EveryCommandHasAnExampleInItsHelp) {
     ++count;
   }
   EXPECT_GE(count, 10);
+}
+
+TEST_F(SmallCommands, InfoAsJsonHasTheFactsOfTheText) {
+  const std::string scene = example("double_pendulum/scene.toml");
+  const Answer a = porthos("info --json " + scene), text = porthos("info " + scene);
+  ASSERT_EQ(a.code, 0) << a.err;
+  EXPECT_EQ(a.err, "");
+  const auto j = nlohmann::json::parse(a.out);
+  EXPECT_EQ(text.out.rfind(j["title"].get<std::string>() + "\n", 0), 0u);
+  for (const char* section :
+       {"model", "states", "ports", "energy_accounts", "invariants", "constraints", "integrator",
+        "plan", "controllers", "outputs", "stops", "not_simulated", "notes", "evaluation_ns"})
+    EXPECT_TRUE(j.contains(section)) << section;
+  EXPECT_EQ(j["model"]["freedoms"], 2);
+  EXPECT_EQ(j["states"].size(), 2u);
+  EXPECT_EQ(j["states"][0]["unit"], "rad");
+  EXPECT_EQ(j["states"][0]["momentum"]["start"].size(), 1u);
+  EXPECT_TRUE(j["constraints"].is_null());
+  EXPECT_GT(j["evaluation_ns"]["one_state"], 0);
+  for (const auto& [name, sentence] : j["plan"].items())
+    EXPECT_NE(text.out.find(sentence.get<std::string>()), std::string::npos) << name;
+  for (const auto& port : j["ports"])
+    EXPECT_NE(text.out.find(port["name"].get<std::string>()), std::string::npos);
+  EXPECT_NE(text.out.find(j["integrator"]["method"].get<std::string>() + ", "), std::string::npos);
+  // Loops and controllers.
+  const auto loop =
+      nlohmann::json::parse(porthos("info --json " + example("four_bar/scene.toml")).out);
+  EXPECT_GE(loop["constraints"]["rows"], loop["constraints"]["rank"]);
+  EXPECT_FALSE(loop["constraints"]["blocks"].empty());
+  const auto law =
+      nlohmann::json::parse(porthos("info --json " + example("furuta_swing_up/scene.toml")).out);
+  ASSERT_FALSE(law["controllers"].empty());
+  EXPECT_TRUE(law["controllers"][0]["certificate"].contains("holds"));
+  // An error is one sentence on stderr and nothing on stdout, as of run --json.
+  const Answer none = porthos("info --json absent.toml");
+  EXPECT_EQ(none.code, 2);
+  EXPECT_EQ(none.out, "");
+  EXPECT_EQ(none.err, porthos("run --json absent.toml").err);
+}
+
+TEST_F(SmallCommands, MethodsAndActuatorsAsJson) {
+  const auto methods = nlohmann::json::parse(porthos("methods --json").out)["methods"];
+  const std::string text = porthos("methods").out;
+  std::set<std::string> names;
+  for (const auto& m : methods) {
+    names.insert(m["name"]);
+    EXPECT_NE(text.find(m["what"].get<std::string>()), std::string::npos) << m["name"];
+    if (m["name"] == "gauss8") {
+      EXPECT_EQ(m["order"], 8);
+      EXPECT_EQ(m["symplectic"], true);
+      EXPECT_EQ(m["energy"], false);
+    }
+  }
+  EXPECT_TRUE(names.contains("gauss8") && names.contains("spark16"));
+  // The table has a heading, an empty line and four lines of explanation besides.
+  EXPECT_EQ(size_t(std::ranges::count(text, '\n')), names.size() + 6) << text;
+
+  const auto j = nlohmann::json::parse(porthos("actuators --json").out);
+  const std::string table = porthos("actuators").out;
+  EXPECT_GE(j["families"].size(), 10u);
+  for (const auto& d : j["devices"]) {
+    EXPECT_NE(table.find("\n" + d["name"].get<std::string>() + " "), std::string::npos);
+    for (const auto& p : d["parameters"]) EXPECT_FALSE(p["from"].get<std::string>().empty());
+  }
+  EXPECT_EQ(porthos("actuators --json --markdown").code, 2);
+  EXPECT_EQ(porthos("methods --json --markdown").out, "");
 }
 
 TEST_F(SmallCommands, ReportWithoutTemplateSaysWhatToDo) {
