@@ -128,8 +128,8 @@ def draw(result: Result) -> "Figure":
                    ha="right", fontsize=7, color="#c8472f")
     _style(d, "momentum errors (world axes) and |ξ| - 1", "kg m/s, kg m²/s, 1")
     size = lambda name: np.linalg.norm(result[name], axis=1)
-    _logarithmic(d, {"linear": (result.time, size("linear_momentum_error")), "angular": (result.time, size("angular_momentum_error")),
-                     "quaternion norm": (result.time, result["quaternion_norm_error"])}, False)
+    momenta = {w: (result.time, size(f"{w}_momentum_error")) for w in ("linear", "angular") if f"{w}_momentum_error" in result.names}
+    _logarithmic(d, {**momenta, "quaternion norm": (result.time, result["quaternion_norm_error"])}, False)
     for ax in (c, d):
         ax.set_xlabel("time [s]", fontsize=8, color=SOFT)
     figure.suptitle(f"{s['title']}    {s['method']}, step {s['step_s']:g} s, {s['steps']} steps, verdict: {s['verdict']}",

@@ -38,10 +38,16 @@ void add_state(std::vector<Column>& all, const phs::Description& d, const Record
   if (l.turns > 0) all.push_back({"turns", "1", l.turn(), l.turns, true, true});
 }
 
-void add_errors(std::vector<Column>& all, const RecordLayout& l) {
+/// Errors of invariants. A momentum that is none of the system's has no error, and no series.
+void add_errors(std::vector<Column>& all, const phs::Description& d, const RecordLayout& l) {
+  const auto has = [&](const char* name) {
+    return std::ranges::any_of(d.invariants, [&](const auto& i) { return i.name == name; });
+  };
   all.push_back({"energy_error", "J", l.energy()});
-  all.push_back({"linear_momentum_error", "kg m/s", l.linear(), 3, true});
-  all.push_back({"angular_momentum_error", "kg m^2/s", l.angular(), 3, true});
+  if (has("linear_momentum"))
+    all.push_back({"linear_momentum_error", "kg m/s", l.linear(), 3, true});
+  if (has("angular_momentum"))
+    all.push_back({"angular_momentum_error", "kg m^2/s", l.angular(), 3, true});
   all.push_back({"quaternion_norm_error", "1", l.quaternion()});
 }
 
@@ -92,7 +98,7 @@ void add_extrema(std::vector<Column>& all, const RecordLayout& l) {
 std::vector<Column> columns_of(const phs::Description& d, const RecordLayout& l) {
   std::vector<Column> all{{"time", "s", l.time()}, {"step", "1", 0, 1, false, true}};
   add_state(all, d, l);
-  add_errors(all, l);
+  add_errors(all, d, l);
   add_ledger(all, d, l);
   all.push_back({"sweeps", "1", l.sweeps()});
   add_reactions(all, d, l);

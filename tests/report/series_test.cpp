@@ -12,12 +12,14 @@ namespace {
 /// Records made of functions of the record's number.
 class Made : public Records {
  public:
-  explicit Made(std::int64_t n) : n_(n) {}
+  explicit Made(std::int64_t n, bool momenta = true) : n_(n), momenta_(momenta) {}
   std::int64_t count() const override { return n_; }
   std::vector<std::string> names(const std::string& g) const override {
     return g == "stored" ? std::vector<std::string>{"kinetic"} : std::vector<std::string>{};
   }
-  bool has(const std::string& name) const override { return name != "sweeps"; }
+  bool has(const std::string& name) const override {
+    return name != "sweeps" && (momenta_ || !name.ends_with("momentum_error"));
+  }
   std::string unit(const std::string&) const override { return ""; }
   std::vector<std::string> turn_names() const override { return {}; }
   std::string text(const std::string&) const override { return ""; }
@@ -29,6 +31,7 @@ class Made : public Records {
     return 1;
   }
   void read(const std::string& name, const Piece& f) const override {
+    EXPECT_TRUE(has(name)) << name;
     const bool vector = name == "linear_momentum_error" || name == "angular_momentum_error";
     const int columns = vector ? 3 : 1;
     for (std::int64_t first = 0; first < n_; first += 1000) {
@@ -42,6 +45,7 @@ class Made : public Records {
 
  private:
   std::int64_t n_;
+  bool momenta_;
 };
 
 template <class T>
@@ -118,6 +122,15 @@ TEST(Series, LengthsAndRates) {
   EXPECT_FALSE(j.contains("sweeps"));
   const auto rms = decoded<float>(j["energy_rms"]);
   EXPECT_NEAR(rms.back(), 1e-3 / std::sqrt(2.0), 2e-5);
+}
+
+// The page says of a line of zeros that there is no such invariant.
+TEST(Series, MomentaThatAreNoInvariantsAreZeros) {
+  const Json j = Thinned(Made(400, false), 100).json();
+  const auto linear = decoded<float>(j["linear"]), error = decoded<float>(j["energy_error"]);
+  EXPECT_EQ(linear, std::vector<float>(error.size()));
+  EXPECT_EQ(decoded<float>(j["angular"]), linear);
+  EXPECT_NE(error, linear);  // control
 }
 
 }  // namespace

@@ -53,6 +53,29 @@ TEST(Columns, EveryNumberOfARecordIsInOne) {
   }
 }
 
+// On a fixed base no momentum is an invariant: zeros would read as one kept without an error.
+TEST(Columns, AMomentumThatIsNoInvariantHasNoError) {
+  TemporaryFolder folder;
+  const auto names = [](const Case& c) {
+    const auto& d = c.assembly.model->description();
+    return names_of(scene::columns_of(d, {d, c.scene.extrema}));
+  };
+  Case fixed = pendulum(folder, 0.3);
+  fixed.scene.extrema = scene::Extrema::all;
+  const std::set<std::string> floating = names(floating_arm(folder));
+  for (const char* name : {"linear_momentum_error", "angular_momentum_error"}) {
+    EXPECT_FALSE(names(fixed).contains(name));
+    EXPECT_FALSE(names(fixed).contains(std::string("minimum/") + name));
+    EXPECT_TRUE(floating.contains(name));  // control
+  }
+  EXPECT_TRUE(names(fixed).contains("minimum/energy_error"));
+
+  scene::run(fixed.scene, fixed.assembly, into(folder / "out"));
+  const scene::Hdf5Reader file(folder / "out" / "run.h5");
+  for (const auto& [name, what] : file.datasets())
+    EXPECT_EQ(name.find("momentum_error"), std::string::npos) << name;
+}
+
 TEST(Columns, ALogHasWhatTheFileHas) {
   TemporaryFolder folder;
   Case c = pendulum(folder, 0.3);
