@@ -22,6 +22,8 @@ void bind_network(pybind11::module_& m);
 void bind_integrators(pybind11::module_& m);
 void bind_energy_shaping(pybind11::module_& m);
 void bind_regulation(pybind11::module_& m);
+void bind_mechanism_laws(pybind11::module_& m);
+void bind_matched_formulas(pybind11::module_& m);
 void bind_vsa(pybind11::module_& m);
 void bind_scene(pybind11::module_& m);
 void bind_report(pybind11::module_& m);

@@ -33,6 +33,8 @@ PYBIND11_MODULE(_core, m) {
   bind_environment(m);
   bind_baseline(m);
   bind_regulation(m);
+  bind_mechanism_laws(m);
+  bind_matched_formulas(m);
   bind_vsa(m);
   explain_type_errors(m);
   porthos::scene::use_python_laws(python_laws());

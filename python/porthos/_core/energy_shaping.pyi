@@ -501,6 +501,51 @@ class SweepResult:
     @property
     def finite(self) -> bool: ...
 
+class JointSwingUp:
+    """The law of swing_up(): a mechanism swings up by the energy of one driven joint."""
+    @property
+    def certificate(self) -> Certificate: ...
+    @property
+    def wanted_energy(self) -> float:
+        """H at rest in the upright and the margin [J]."""
+        ...
+    def check_start(self, x: list[float]) -> None:
+        """Raises InvalidArgument for a start (q, p), (2 nq,), that plant and law never leave."""
+        ...
+    def control(self, network: Network, name: str, member: str, *, period: float = 0.0) -> Network:
+        """Puts the law on its port of a network's member. period [s]; 0: continuous."""
+        ...
+
+class Lqr:
+    """The linear-quadratic regulator of a mechanism about an equilibrium: u = u* - K (x - x*), x = (q, p). Local: the
+    certificate has the poles of the linearised loop. Source: Kalman 1960.
+    """
+    def __init__(self, plant: MechanicalModel, actuators: list[str], rest: list[float], *, position: list[float], rate: list[float], effort: list[float], periodic: list[bool] = []) -> None:
+        """actuators: ports of one number each. rest: q*, (nq,). Weights: position and rate of each coordinate, (nq,), effort of each actuator. periodic: which angles count modulo full turns, (nq,). Raises InvalidArgument for weights of the wrong number or sign, and a rest that is no equilibrium or that the actuators cannot stabilise."""
+        ...
+    @property
+    def certificate(self) -> Certificate: ...
+    def certify_sampled(self, period: float, delay: int = 0) -> None:
+        """Adds the condition 'sampled': the held linear loop is stable. period [s]. Raises InvalidArgument with a rate that would do."""
+        ...
+    @property
+    def gains(self) -> Any:
+        """K, (actuators, 2 nq), on (q - q*, p)."""
+        ...
+    @property
+    def effort(self) -> list[float]:
+        """u* of each actuator."""
+        ...
+    def cost_to_go(self, x: Any) -> float:
+        """(x - x*)^T P (x - x*) at (q, p), (2 nq,)."""
+        ...
+    def falling_level(self, limits: list[float] = []) -> float:
+        """Up to which cost_to_go() falls along the plant under the law: 400 directions and the worst near them; 0: none. Some ms."""
+        ...
+    def control(self, network: Network, name: str, member: str, *, limits: list[float] = [], period: float = 0.0) -> Network:
+        """Puts the law on the ports of a network's member. limits: largest |u| of each; none: without. period [s]; 0: continuous."""
+        ...
+
 def joint_regulation(model: MechanicalModel, rest: list[float], bandwidth: float, damping_ratio: float, skip: list[str] = []) -> PotentialShaping:
     """Joint springs and dampers of a bandwidth [rad/s] and damping ratio at the rest point: k = M_jj w^2, d = 2 zeta M_jj w,
     M_jj the mass the joint feels there while the others stand still. A PotentialShaping.
@@ -573,4 +618,39 @@ def logarithmic(low: float, high: float, count: int) -> list[float]:
 
 def fastest(results: list[SweepResult], limit: float) -> Optional[int]:
     """Index of the run that settles first among those with peak <= limit; None if none does."""
+    ...
+
+def numerical_matching(plant: Model, *, actuator: str, ratio: float, unactuated: int = 1, half_width: float = 1.0, scale: float = 1.0, determinant: float = 1.0, ku: float = 100.0, kv: float = 1.0, other: float = 3.0, rate: float = 2.0, degree: int = 60, matching: float = 1e-06, name: str = 'numerical matching') -> MatchedLoop:
+    """Matching (IDA-PBC) of two coordinates with one actuator without a closed form: a MatchedLoop that rests at q = 0.
+
+    plant: two coordinates, an equilibrium at q = 0; its masses depend on the coordinate r without actuator alone (a pendubot, a
+    cart and pole). actuator: port of the other one, s. ratio: rho = lambda_s/lambda_r of lambda = M^-1 M_d e_r. unactuated: r, 0 or
+    1; it is looked at within +-half_width [rad | m], |s| up to `other`, |q'_i| up to `rate`. scale: |lambda_r| at rest;
+    determinant: det M_d over its (r, r) number. ku, kv: gains of s - rho r and of damping. degree of the Chebyshev polynomials;
+    matching: bound of the relative residuals. Raises InvalidArgument where rho M_rs + M_rr vanishes in the interval, with the place,
+    where the polynomials do not resolve the functions, and for residuals above the bound. Cost: some ms to some 100 ms.
+    Source: after Auckly, Kapitanski, White 2000.
+    """
+    ...
+
+def swing_up(plant: MechanicalModel, actuator: str, upright: list[float], *, bandwidth: Optional[float] = None, damping_ratio: float = 0.3, pump: float = 0.0, energy: float = 0.0, inertia: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, limit: float = ..., margin: Optional[float] = None) -> JointSwingUp:
+    """Swings a mechanism up by the energy that one driven joint supplies: a JointSwingUp with its certificate.
+
+    actuator: port of the driven joint, 'shoulder.torque'. upright: q*, (nq,) [rad | m]. Gains by the bandwidth [rad/s] and damping
+    ratio of the driven joint, with a pump [rad/s^2 | m/s^2] against friction of the other joints; or the four numbers energy,
+    inertia, stiffness, damping (docs/controllers.md). limit: of |u| [N m | N]. margin: energy aimed at above that of the upright
+    [J]. It does not balance: hand_over() lets an Lqr take over. Raises InvalidArgument for joints of several freedoms, closed loops,
+    and gains for which the law is not defined everywhere. Source: Astrom, Furuta 2000; Fantoni, Lozano 2002.
+    """
+    ...
+
+def hand_over(network: Network, member: str, swing_up: JointSwingUp, balance: Lqr, *, period: float, limits: list[float] = [], level: Optional[float] = None, leave: float = 4.0, names: tuple[str, str] = ('swing_up', 'balance')) -> Network:
+    """Puts a JointSwingUp and an Lqr on the ports of a network's member, both sampled every `period` [s]: the Lqr acts
+    once its cost_to_go() is below `level` (None: falling_level()), the swing-up again where it is above leave * level. limits: of the
+    Lqr. names: their rows in the ledger. Raises InvalidArgument where the cost-to-go falls nowhere, or leave is 1 or less.
+    """
+    ...
+
+def matched_from_texts(plant: Model, actuated: list[str], coordinates: list[str], Md: list[list[str]], Vd: str, gains: list[tuple[str, float]], solve_skew: bool, rest: list[float], lower: list[float], upper: list[float], rate: float, samples: int, matching: float, refuse: bool, name: str) -> MatchedLoop:
+    """What matched_loop() calls, with texts for its formulas."""
     ...
