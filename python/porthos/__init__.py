@@ -8,9 +8,21 @@
 Names are those of the C++ headers, docs/python.md shows them at work.
 """
 
-from . import energy_shaping, vsa
+import sys
+
+try:
+    import numpy  # noqa: F401
+except ModuleNotFoundError as e:
+    if e.name != "numpy":
+        raise
+    raise ModuleNotFoundError(f"porthos needs numpy, which {sys.executable} does not find, expected Debian's python3-numpy "
+                              "(sudo apt install python3-numpy) with /usr/bin/python3, or pip install numpy for another Python",
+                              name="numpy") from None
+
 from ._core import *  # noqa: F403
 from ._core import InvalidArgument, IoError, version_text
+from .energy_shaping import matched_loop as _  # the submodules of this package in place of those of _core
+from .vsa import formula as _  # noqa: F811
 from .ensembles import EnsembleResult
 from .envs import Env, VectorEnv
 from .plans import Plan

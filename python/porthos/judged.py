@@ -13,7 +13,11 @@ from ._core import RunFile
 
 
 class Judged(Mapping):
-    """Figures with a verdict, and numpy arrays by name, which are read when they are asked for, and kept."""
+    """Figures with a verdict, and numpy arrays by name, which are read when they are asked for, and kept.
+
+    Its truth, bool(result), is its verdict, .passed: that of other mappings, "not empty", would let `assert result` pass for a
+    run that failed. A program says what it means by .passed, and by len(result) or .names what there is.
+    """
 
     _it_has_no = ""  #: "the run has no series", in front of a wrong name
 
@@ -29,9 +33,11 @@ class Judged(Mapping):
 
     @property
     def passed(self) -> bool:
+        """Whether the verdict is "pass"; false of what is not judged too."""
         return self.verdict == "pass"
 
     def __bool__(self) -> bool:
+        """As .passed."""
         return self.passed
 
     @property

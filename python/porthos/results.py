@@ -145,7 +145,8 @@ class Result(Judged):
     def x(self) -> np.ndarray:
         """The flat states, (n, nx): of runs in memory only, a view. Angles are in [-pi, pi], with "turns" beside."""
         if self._states is None:
-            raise InvalidArgument("the flat states are kept by runs in memory only, expected the series of state/ and momentum/")
+            raise InvalidArgument("run.h5 has the state by names, not as one flat vector, which runs in memory alone keep: expected series as "
+                                  "result['state/elbow'][-1] and result['momentum/elbow'][-1], or [initial] from = the folder to go on from its end")
         return self._states
 
     def motion(self, most: int = 3000, since: "Result | None" = None) -> dict[str, dict[str, np.ndarray]]:

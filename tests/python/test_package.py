@@ -30,6 +30,19 @@ def test_every_public_thing_has_a_docstring():
     assert bare == []
 
 
+def test_without_numpy_one_sentence_names_the_package():
+    def after(code):
+        return subprocess.run([sys.executable, "-c", f"import sys; {code}; import porthos"], capture_output=True, text=True)
+
+    r = after("sys.modules['numpy'] = None")
+    last = r.stderr.strip().splitlines()[-1]
+    assert r.returncode == 1 and last.startswith("ModuleNotFoundError: porthos needs numpy") and "python3-numpy" in last, r.stderr
+    assert "During handling" not in r.stderr
+    assert after("pass").returncode == 0  # control
+    other = after("sys.modules['porthos._core'] = None").stderr.strip().splitlines()[-1]  # another module that is missing is named
+    assert "numpy" not in other, other
+
+
 def test_stubs_know_every_name(source):
     for name, module in {"__init__": ph._core, "energy_shaping": ph._core.energy_shaping, "vsa": ph._core.vsa}.items():
         tree = ast.parse((source / f"python/porthos/_core/{name}.pyi").read_text())

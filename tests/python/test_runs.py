@@ -33,6 +33,25 @@ def test_a_scene_runs_and_its_folder_opens(short_run):
         r["energy_eror"]
 
 
+def test_a_run_that_failed_is_false_though_it_has_series(pendulum):
+    model = ph.MechanicalModel(pendulum)
+    kw = dict(step=0.01, duration=1, progress=False)
+    failed = ph.simulate(model, model.state([2.0, 0.5], [0, 0]), method="rk4", limits={"energy": 1e-14}, **kw)
+    assert not failed.passed and not bool(failed) and len(failed) > 5
+    assert ph.simulate(model, model.state([2.0, 0.5], [0, 0]), limits={"energy": 1e-12}, **kw)  # control
+
+
+def test_flat_states_of_a_folder_are_refused_with_the_way_to_them(short_run):
+    refused(lambda: short_run.x, "run.h5 has the state by names", "result['state/elbow'][-1]", "[initial] from", most=400)
+
+
+def test_a_momentum_that_is_no_invariant_has_no_series(pendulum, short_run):
+    model = ph.MechanicalModel(pendulum)
+    fixed = ph.simulate(model, model.state([2.0, 0.5], [0, 0]), step=0.01, duration=1, progress=False)
+    assert "energy_error" in fixed.names and not any("momentum_error" in n for n in fixed.names)
+    assert "angular_momentum_error" in short_run.names  # control: it floats
+
+
 def test_the_series_are_those_h5py_reads(short_run):
     h5py = pytest.importorskip("h5py")
     with h5py.File(short_run.folder / "run.h5") as f:
