@@ -95,7 +95,7 @@ void bind_swing_up(py::module_& m) {
 actuator: port of the driven joint, 'shoulder.torque'. upright: q*, (nq,) [rad | m]. Gains by the bandwidth [rad/s] and damping
 ratio of the driven joint, with a pump [rad/s^2 | m/s^2] against friction of the other joints; or the four numbers energy,
 inertia, stiffness, damping (docs/controllers.md). limit: of |u| [N m | N]. margin: energy aimed at above that of the upright
-[J]. It does not balance: hand_over() lets an Lqr take over. Raises InvalidArgument for joints of several freedoms, closed loops,
+[J]. It does not balance: hand_over() lets an Lqr take over. Raises InvalidArgument for joints of several degrees of freedom, closed loops,
 and gains for which the law is not defined everywhere. Source: Astrom, Furuta 2000; Fantoni, Lozano 2002.)");
 }
 

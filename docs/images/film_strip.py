@@ -3,7 +3,7 @@
 
 docs/images/film_strip.png, of README.md: five stills of the mission's playback by `porthos film`, cut to the craft, side by
 side with their times. docs/site/static/mission.webp and mission.png, of the site: the capture as a loop of six seconds, and a
-still of it for readers who do not want motion. Needs Chromium and python3-pil; takes two minutes.
+still of it for readers who do not want motion. Needs Chromium and python3-pil; takes some minutes.
 """
 import subprocess
 import sys
@@ -40,7 +40,7 @@ def strip(porthos, folder):
 
 
 def loop(porthos, folder):
-    frames = [still(porthos, folder, LAST * k / FRAMES, "1280x760", (120, 70, 1160, 550)).resize((832, 384), Image.LANCZOS) for k in range(FRAMES)]
+    frames = [still(porthos, folder, LAST * k / FRAMES, "1280x760", (120, 60, 1160, 600)).resize((832, 432), Image.LANCZOS) for k in range(FRAMES)]
     static = HERE.parent / "site/static"
     frames[0].save(static / "mission.webp", save_all=True, append_images=frames[1:], duration=1000 // PER_SECOND, loop=0, quality=60, method=6)
     frames[-1].save(static / "mission.png", optimize=True)

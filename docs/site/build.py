@@ -48,7 +48,7 @@ def stage(source):
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_text(site_links(page))
     shutil.copytree(ROOT / "docs/images", source / "docs/images")
-    for name in ["conf.py", "index.md", "static"]:
+    for name in ["conf.py", "index.md", "static", "themes"]:
         (shutil.copytree if (HERE / name).is_dir() else shutil.copy)(HERE / name, source / name)
     index = source / "index.md"
     index.write_text(index.read_text().replace("/api/rooms", "\n".join(f"/api/{room}" for room in rooms())))
@@ -201,6 +201,10 @@ def main():
     environment = {**os.environ, "PORTHOS_DOCS_BUILD": str(docs)}
     subprocess.run([sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", str(docs / "doctrees"), str(source), str(html)],
                    env=environment, check=True)
+    index = (html / "index.html").read_text()  # its own HTML is not looked at by Sphinx
+    dead = [to for to in re.findall(r'(?:href|src|srcset)="([\w/.-]+)[#"]', index) if not (html / to).exists()]
+    if dead:
+        raise SystemExit(f"docs/site/index.md: links to {', '.join(dead)}, which is not there")
     if not options.pages_only:
         shutil.copytree(docs / "live", html / "live", dirs_exist_ok=True)
     if MATHJAX.is_dir():

@@ -20,14 +20,14 @@ mathjax2_config = {
     "SVG": {"scale": 90},
     "messageStyle": "none",
 }
+highlight_language = "none"
 suppress_warnings = ["myst.header", "cpp.duplicate_declaration", "duplicate_declaration.cpp"]
 
-html_theme = "sphinx_rtd_theme"
+html_theme = "porthos"
+html_theme_path = ["themes"]
 html_title = f"Porthos {release}"
 html_show_sourcelink = False
 html_static_path = ["static"]
-html_css_files = ["porthos.css"]
-html_theme_options = {"navigation_depth": 2, "collapse_navigation": True}
 
 breathe_projects = {"porthos": str(build / "doxygen/xml")}
 breathe_default_project = "porthos"

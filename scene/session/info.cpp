@@ -25,7 +25,7 @@ std::string model_section(const Scene& s, const Mechanism& m) {
               {"base", free ? "free" : "fixed"},
               {"links", fmt::format("{}, in {} moving bodies", m.bodies().size(), m.body_count())},
               {"mass", fmt::format("{} kg (moving)", m.total_mass())},
-              {"freedoms", std::to_string(m.nv())}},
+              {"degrees of freedom", std::to_string(m.nv())}},
              "  ");
 }
 
@@ -147,8 +147,8 @@ std::string cost_section(const Assembly& a) {
   return fmt::format("Cost of one evaluation{}, measured now\n",
                      a.spacecraft ? " of the internal motion, which the split steps" : "") +
          aligned({{"one state", fmt::format("{:.0f} ns", ns.one)},
-                  {"eight states in lanes", fmt::format("{:.0f} ns each, {:.1f} times as fast",
-                                                        ns.of_eight, ns.one / ns.of_eight)}},
+                  {"SIMD batch of eight", fmt::format("{:.0f} ns each, {:.1f} times as fast",
+                                                      ns.of_eight, ns.one / ns.of_eight)}},
                  "  ");
 }
 

@@ -22,7 +22,7 @@ InfoJson model_facts(const Scene& s, const mechanics::Mechanism& m) {
           {"links", m.bodies().size()},
           {"moving_bodies", m.body_count()},
           {"mass_kg", m.total_mass()},
-          {"freedoms", m.nv()}};
+          {"degrees_of_freedom", m.nv()}};
 }
 
 InfoJson states(const Assembly& a) {

@@ -286,7 +286,7 @@ TEST_F(SmallCommands, InfoAsJsonHasTheFactsOfTheText) {
        {"model", "states", "ports", "energy_accounts", "invariants", "constraints", "integrator",
         "plan", "controllers", "outputs", "stops", "not_simulated", "notes", "evaluation_ns"})
     EXPECT_TRUE(j.contains(section)) << section;
-  EXPECT_EQ(j["model"]["freedoms"], 2);
+  EXPECT_EQ(j["model"]["degrees_of_freedom"], 2);
   EXPECT_EQ(j["states"].size(), 2u);
   EXPECT_EQ(j["states"][0]["unit"], "rad");
   EXPECT_EQ(j["states"][0]["momentum"]["start"].size(), 1u);
