@@ -24,7 +24,6 @@
 #include "scene/session/export.h"
 #include "scene/session/extension.h"
 #include "scene/session/info.h"
-#include "scene/session/replot.h"
 #include "scene/session/run.h"
 
 namespace porthos::apps {
@@ -202,11 +201,6 @@ int plan_command(const Arguments& a) {
   return r.plan.status == planning::Plan::Status::optimal && std::isfinite(r.replay)
              ? exit_ok
              : exit_numerical;
-}
-
-int plot_command(const Arguments& a) {
-  for (const auto& file : scene::replot(a.scene)) print(file + "\n");
-  return exit_ok;
 }
 
 int export_command(const Arguments& a) {

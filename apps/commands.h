@@ -19,7 +19,7 @@ enum ExitCode {
 struct Arguments {
   std::string scene, model, log;
   std::optional<std::string> map, out, method, step, duration, extend, budget, plots, part, base,
-      of_case, uncertainty, from, to, speed, size, camera, follow;
+      of_case, uncertainty, from, to, speed, size, camera, follow, what;
   std::vector<std::string> methods, models, of, parameters, sigma;
   bool resume = false, json = false, markdown = false, join = false, no_report = false,
        orbit = false, arrows = false, dark = false, trail = false, no_text = false;
@@ -34,7 +34,6 @@ int verify_command(const Arguments& arguments);
 int compare_command(const Arguments& arguments);
 int ensemble_command(const Arguments& arguments);
 int plan_command(const Arguments& arguments);
-int plot_command(const Arguments& arguments);
 int export_command(const Arguments& arguments);
 int info_command(const Arguments& arguments);
 int methods_command(const Arguments& arguments);

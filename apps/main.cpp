@@ -19,6 +19,7 @@
 #include "apps/identify.h"
 #include "apps/judge.h"
 #include "apps/new.h"
+#include "apps/plot.h"
 #include "apps/report.h"
 #include "apps/sensitivity.h"
 #include "apps/usage.h"
@@ -216,11 +217,15 @@ void add_pages(CLI::App& app, Arguments& a) {
   report->add_option("--models", a.models, "where the model files are, to show their meshes")
       ->type_name("FOLDER");
   add_film(app, a);
-  add_command(app, "plot", "redraw the plots of a finished run from its run.h5",
-              "porthos plot results/ets_vii")
-      ->add_option("DIR", a.scene, "results folder of a finished run")
-      ->required();
-
+  auto* plot =
+      add_command(app, "plot", "redraw the plots of results, or draw one panel for print",
+                  "porthos plot results/ets_vii\n"
+                  "  porthos plot results/ets_vii --what \"rates of joints\" --out rates.pdf");
+  plot->add_option("DIR", a.scene, "results folder of a finished run or ensemble")->required();
+  plot->add_option("--what", a.what, "energies, works, residual, motion, a panel or a line of it")
+      ->type_name("NAME");
+  plot->add_option("--out", a.out, "its file: .svg, .pdf or .png [DIR/figure_NAME.svg]")
+      ->type_name("FILE");
   auto* table = add_command(app, "export", "the time series of a finished run as a CSV table",
                             "porthos export results/ets_vii --columns state,energy_error");
   table->add_option("DIR", a.scene, "results folder of a finished run")->required();

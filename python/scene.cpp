@@ -2,7 +2,6 @@
 #include "scene/assemble/assembly.h"
 
 #include <fmt/format.h>
-#include <pybind11/functional.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -15,17 +14,16 @@
 #include "python/bind.h"
 #include "python/interruptible.h"
 #include "python/keywords.h"
+#include "python/motion.h"
 #include "python/run_file.h"
 #include "scene/compare/compare.h"
 #include "scene/files/files.h"
-#include "scene/plot/motion.h"
 #include "scene/read/changed_scene.h"
 #include "scene/run/columns.h"
 #include "scene/run/statistics.h"
 #include "scene/session/extension.h"
 #include "scene/session/info.h"
 #include "scene/session/memory_run.h"
-#include "scene/session/replot.h"
 #include "scene/session/run.h"
 
 namespace porthos::python {
@@ -170,26 +168,6 @@ py::dict statistics_of(const std::vector<double>& errors) {
                   "drift_is_significant"_a = s.drift_is_significant());
 }
 
-/// Names and energies of actuators.
-using Springs = std::vector<std::pair<std::string, py::object>>;
-
-py::list motion_of(const std::shared_ptr<const mechanics::Mechanism>& m, std::vector<double> t,
-                   std::vector<std::string> turns,
-                   const std::function<std::vector<double>(const std::string&)>& rows,
-                   std::vector<std::pair<std::string, std::string>> outputs,
-                   const Springs& springs) {
-  MotionRecords records{std::move(t), std::move(turns), rows, std::move(outputs)};
-  for (const auto& [name, energy] : springs)
-    records.springs.push_back({name, energy.cast<std::shared_ptr<vsa::Elastic>>()});
-  py::list all;
-  for (const auto& p : motion_panels(*m, records)) {
-    py::dict lines;
-    for (const auto& l : p.lines) lines[py::str(l.name)] = as_array(std::vector<double>(l.value));
-    all.append(py::make_tuple(p.what, lines));
-  }
-  return all;
-}
-
 }  // namespace
 
 // NOLINTNEXTLINE(readability-function-size): a list of bindings
@@ -304,30 +282,12 @@ void bind_scene(py::module_& m) {
         arg("budget"), arg("duration"), arg("out"), arg("report") = py::none(),
         "Speed against error: (compare.json, compare.txt), and the files in `out` unless it is "
         "empty.");
-  m.def(
-      "moved_in",
-      [](const std::filesystem::path& folder) {
-        const Moved moved = moved_in(folder);
-        Springs springs;
-        for (const Spring& s : moved.springs)
-          springs.emplace_back(s.name, py::cast(std::const_pointer_cast<vsa::Elastic>(s.energy)));
-        return py::make_tuple(moved.mechanisms, springs);
-      },
-      arg("folder"),
-      "The mechanisms of a finished run, one per phase, and names and energies of its actuators, "
-      "from the scene and the model in its results; empty for a system without a mechanism.");
-  m.def("motion_panels", &motion_of, arg("mechanism"), arg("t"), arg("turns"), arg("rows"),
-        arg("outputs") = std::vector<std::pair<std::string, std::string>>{},
-        arg("springs") = Springs{},
-        "How a mechanism moved, as [(title with unit, {line: values})]. turns: the names behind "
-        "the columns of \"turns\"; rows(name): the flat values of a series at the times t, empty "
-        "where there is none. outputs: name and unit of the scene's outputs; springs: name and "
-        "energy of its actuators.");
   m.def("error_statistics", &statistics_of, arg("errors"),
         "Growth and drift of a series of errors at equal intervals of time, as runs are judged: "
         "max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 "
         "or so) and drift_is_significant (means over parts of the series, beyond five standard "
         "errors of a random walk).");
+  bind_motion(m);
   bind_run_file(m);
 }
 

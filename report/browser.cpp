@@ -230,4 +230,8 @@ std::string BrowserPage::value(const std::string& expression) {
   return r.at("result").value("value", nlohmann::json()).dump();
 }
 
+std::string BrowserPage::data(const std::string& method, const std::string& parameters) {
+  return process_->ask(method, nlohmann::json::parse(parameters)).at("data").dump();
+}
+
 }  // namespace porthos::report

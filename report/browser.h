@@ -28,6 +28,10 @@ class BrowserPage {
   /// The value of an expression of JavaScript as JSON, awaited if it is a promise.
   /// @throws IoError with the text of what the expression throws; as the constructor
   std::string value(const std::string& expression);
+  /// The `data` that a method of the protocol answers with, as "Page.printToPDF": base64 as JSON.
+  /// @param parameters  JSON
+  /// @throws IoError as the constructor
+  std::string data(const std::string& method, const std::string& parameters);
 
  private:
   class Process;

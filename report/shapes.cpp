@@ -24,10 +24,33 @@ Mat3<double> columns(const Eigen::Matrix3d& m) {
   return {{m(0, 0), m(1, 0), m(2, 0)}, {m(0, 1), m(1, 1), m(2, 1)}, {m(0, 2), m(1, 2), m(2, 2)}};
 }
 
-/// The homogeneous box with the body's mass and principal moments: a² = 6 (I_y + I_z - I_x) / m.
-/// For moments that break the triangle inequality there is no box: null. A side is at least a
-/// twentieth of the longest.
-Json box_of(const mechanics::MassProperties& m) {
+/// Where a body's joints are.
+struct Joints {
+  bool root = true;  ///< nothing carries it
+  double reach = 0;  ///< from its centre of mass to the farthest joint [m]
+};
+
+/// The sides of a box as they are drawn: moments that are placeholders or identified make boxes
+/// much larger than the body. One lighter than any foam (of a root: than air) that goes beyond the
+/// joints gets the volume of a usual link. Upon a joint no side is longer than three times the
+/// reach and twice the side of a cube of that volume, except of thin sheets.
+void bound(std::array<double, 3>& side, double mass, const Joints& j) {
+  constexpr double foam = 50, air = 1, usual = 500;  // kg/m³
+  const double longest = *std::ranges::max_element(side);
+  double volume = 1;
+  for (const double s : side) volume *= std::max(s, longest / 1000);
+  if (mass / volume < (j.root ? air : foam) && longest / 2 > j.reach) {
+    for (double& s : side) s *= std::cbrt(mass / volume / usual);
+    volume = mass / usual;
+  }
+  if (j.root || *std::ranges::min_element(side) < longest / 50) return;
+  for (double& s : side) s = std::min(s, std::max(3 * j.reach, 2 * std::cbrt(volume)));
+}
+
+/// The homogeneous box with the body's mass and principal moments: a² = 6 (I_y + I_z - I_x) / m,
+/// bounded. For moments that break the triangle inequality there is no box: null. A side is at
+/// least a twentieth of the longest.
+Json box_of(const mechanics::MassProperties& m, const Joints& joints) {
   if (!(m.mass > 0)) return nullptr;
   Eigen::Matrix3d I;
   const auto& i = m.inertia;
@@ -42,8 +65,10 @@ Json box_of(const mechanics::MassProperties& m) {
     if (square < -1e-6 * e.sum() / m.mass) return nullptr;
     side[size_t(k)] = std::sqrt(std::max(0.0, square));
   }
-  const double longest = *std::max_element(side.begin(), side.end());
+  double longest = *std::max_element(side.begin(), side.end());
   if (!(longest > 0) || !std::isfinite(longest)) return nullptr;
+  bound(side, m.mass, joints);
+  longest = *std::max_element(side.begin(), side.end());
   for (double& s : side) s = std::max(s, longest / 20);
   return {{"size", side}, {"p", place(m.com)}, {"q", quaternion_of(m.axes * columns(axes))}};
 }
@@ -100,6 +125,21 @@ Json visual_of(const XMLElement& v, const std::map<std::string, Json>& materials
       j["colour"] = materials.at(name);
   }
   return j;
+}
+
+std::map<std::string, Joints> joints_of(const std::vector<mechanics::BodySpec>& bodies) {
+  std::map<std::string, Joints> all;
+  std::map<std::string, Vec3d> com;
+  for (const auto& b : bodies) com[b.name] = b.mass.com;
+  for (const auto& b : bodies) {
+    const auto parent = com.find(b.parent);
+    if (parent == com.end()) continue;
+    all[b.name].root = false;
+    for (const auto& [name, distance] :
+         {std::pair{b.name, norm(b.mass.com)}, {b.parent, norm(b.placement.r - parent->second)}})
+      all[name].reach = std::max(all[name].reach, distance);
+  }
+  return all;
 }
 
 /// Whether a contact's shape stands for the body: it holds the middle half of the body's box.
@@ -168,13 +208,16 @@ Json shapes_of(const std::vector<mechanics::BodySpec>& bodies, const std::string
                const std::map<std::string, std::vector<contact::Shape>>& touching,
                MeshShelf& meshes) {
   const auto visuals = visuals_of(urdf, meshes);
+  auto joints = joints_of(bodies);
   Json list = Json::array();
   std::map<std::string, size_t> at;
   for (const auto& b : bodies) {
     at[b.name] = list.size();
-    Json j = {{"name", b.name},           {"parent", b.parent},        {"joint", b.joint.type},
-              {"mass", b.mass.mass},      {"com", place(b.mass.com)},  {"box", box_of(b.mass)},
-              {"visuals", Json::array()}, {"contacts", Json::array()}, {"joints", Json::array()}};
+    Json j = {{"name", b.name},           {"parent", b.parent},
+              {"joint", b.joint.type},    {"mass", b.mass.mass},
+              {"com", place(b.mass.com)}, {"box", box_of(b.mass, joints[b.name])},
+              {"visuals", Json::array()}, {"contacts", Json::array()},
+              {"joints", Json::array()}};
     if (const auto v = visuals.find(b.name); v != visuals.end()) j["visuals"] = v->second;
     if (const auto s = touching.find(b.name); s != touching.end())
       add_contacts(s->second, b.mass.com, j);

@@ -1,13 +1,17 @@
-"""Pictures of a run, by matplotlib: energies, works, the residual of the balance with guide lines, the motion, momentum errors."""
+"""Pictures of a run, by matplotlib: energies, works, the residual of the balance, the motion, momentum errors.
+
+What a panel holds comes from C++, as in the SVG files (scene/plot); here it is drawn into axes of the user's.
+"""
 
 from __future__ import annotations
 
+import difflib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._core import InvalidArgument
+from ._core import InvalidArgument, line_colours, residual_panel
 from .ensembles import EnsembleResult
 from .results import PathLike, Result
 from .results import open as open_result
@@ -17,8 +21,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 INK, SOFT, GRID, GUIDE = "#1f2933", "#66717f", "#e4e8ed", "#8a94a0"
-# told apart by lightness as well, for readers who do not see all colours
-LINES = ["#2a5b8c", "#c8743a", "#4f8f5b", "#8a5aa8", "#b8a13a", "#3f9c9c", "#a84a5f", "#777f88"]
+ALARM = "#c8472f"
+LINES = line_colours()  # of every picture, also of the SVG files and the report
+# told apart without colours as well
+DASHES: list[Any] = ["-", (0, (4, 2)), (0, (1.2, 1.8)), (0, (7, 2, 1.2, 2)), (0, (2.5, 1.5)), (0, (9, 3)), (0, (7, 2, 1.2, 2, 1.2, 2)), (0, (1.2, 3.5))]
 
 
 def thinned(t: np.ndarray, most: int = 3000) -> np.ndarray:
@@ -26,21 +32,9 @@ def thinned(t: np.ndarray, most: int = 3000) -> np.ndarray:
     return np.unique(np.linspace(0, len(t) - 1, min(len(t), most)).astype(int))
 
 
-def envelope(t: np.ndarray, y: np.ndarray, columns: int = 1200) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(t, least, greatest) of |y| in columns of equal width in log t: every peak of a million records stays."""
-    keep = t > 0
-    t, y = t[keep], np.abs(y[keep])
-    if len(t) <= columns:
-        return t, y, y
-    edges = np.geomspace(t[0], t[-1], columns + 1)
-    at = np.unique(np.searchsorted(t, edges[:-1]))
-    at = at[at < len(t)]
-    return t[at], np.minimum.reduceat(y, at), np.maximum.reduceat(y, at)
-
-
 def _style(ax: "Axes", title: str, unit: str) -> None:
     ax.set_title(title, loc="left", fontsize=9, color=INK)
-    ax.set_ylabel(unit, fontsize=8, color=SOFT)
+    ax.set_ylabel(title if unit == "1" else unit, fontsize=8, color=SOFT)
     ax.tick_params(labelsize=7.5, colors=SOFT, length=3)
     ax.grid(True, color=GRID, linewidth=0.7)
     ax.set_axisbelow(True)
@@ -51,60 +45,67 @@ def _style(ax: "Axes", title: str, unit: str) -> None:
 
 
 def _legend(ax: "Axes") -> None:
-    handles, _ = ax.get_legend_handles_labels()
-    if len(handles) > 8:  # they would lie on the lines
-        ax.legend(fontsize=6, frameon=False, labelcolor=INK, loc="center left", bbox_to_anchor=(1, 0.5), handlelength=1.4)
-    elif handles:
-        ax.legend(fontsize=7, frameon=False, labelcolor=INK, ncol=1 + (len(handles) > 5), loc="best", handlelength=1.4)
+    """Above the axes, where it covers no data."""
+    handles, names = ax.get_legend_handles_labels()
+    if not handles:
+        return
+    width = ax.get_figure().get_figwidth() / ax.get_subplotspec().get_gridspec().ncols if ax.get_subplotspec() else 5.0
+    across = max(1, min(len(handles), int(width * 72 / (5 * max(map(len, names)) + 40))))
+    ax.legend(fontsize=7, frameon=False, labelcolor=INK, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.2, borderpad=0, ncol=across, handlelength=2.2, columnspacing=1.2)
+    ax.set_title(ax.get_title(loc="left"), loc="left", fontsize=9, color=INK, pad=6 + 11 * -(-len(handles) // across))
+
+
+def _lines(ax: "Axes", t: np.ndarray, lines: dict[str, np.ndarray]) -> None:
+    """Of many lines those that are 0 all the time are counted."""
+    shown = {n: y for n, y in lines.items() if np.any(y)}
+    if len(lines) <= 4 or len(lines) - len(shown) < 2:
+        shown = lines
+    for k, (name, y) in enumerate(shown.items()):
+        ax.plot(t, y, color=LINES[k % 8], linestyle=DASHES[(k + k // 8) % 8], linewidth=1.2, label=name)
+    if idle := len(lines) - len(shown):
+        ax.plot([], [], color=SOFT, linewidth=0.6, label=f"{idle} {'others' if shown else 'lines'}: 0")
+    _legend(ax)
 
 
 def _energies(ax: "Axes", r: Result) -> None:
     stored, at = r.group("stored"), thinned(r.time)
     t, base = r.time[at], np.zeros(len(at))
-    _style(ax, "stored energies, stacked from their least values", "J")
+    _style(ax, "energies", "J")
     for k, (name, y) in enumerate(stored.items()):
-        top = base + (y[at] - min(0.0, y.min()))
-        ax.fill_between(t, base, top, color=LINES[k % len(LINES)], alpha=0.75, linewidth=0, label=name)
+        least = min(0.0, y.min())
+        top = base + (y[at] - least)
+        ax.fill_between(t, base, top, color=LINES[k % 8], alpha=0.8, linewidth=0, label=name + (" (above its least)" if least < 0 else ""))
         base = top
     _legend(ax)
 
 
+def _works_of(r: Result) -> dict[str, np.ndarray]:
+    return {f"{n} (in)": y for n, y in r.group("supplied").items()} | {f"{n} (lost)": y for n, y in r.group("dissipated").items()}
+
+
 def _works(ax: "Axes", r: Result) -> None:
-    _style(ax, "works: through sources (full), to losses (dashed)", "J")
-    at = thinned(r.time)
-    lines = [(n, y, "-") for n, y in r.group("supplied").items()] + [(n, y, "--") for n, y in r.group("dissipated").items()]
-    for k, (name, y, dash) in enumerate(lines):
-        ax.plot(r.time[at], y[at], dash, color=LINES[k % len(LINES)], linewidth=1.2, label=name)
-    if not lines:
-        ax.text(0.5, 0.5, "nothing is supplied or lost", transform=ax.transAxes, ha="center", va="center", fontsize=8, color=SOFT)
-    _legend(ax)
+    at, works = thinned(r.time), _works_of(r)
+    if not works:
+        raise InvalidArgument("the run has no panel 'works': nothing is supplied or lost")
+    _style(ax, "works", "J")
+    _lines(ax, r.time[at], {n: y[at] for n, y in works.items()})
 
 
-def _guides(ax: "Axes", t: np.ndarray, level: float) -> None:
-    """t^(1/2), a random walk of rounding errors, and t, a drift, through the level at the end."""
-    for power, name in ((0.5, "∝ √t"), (1.0, "∝ t")):
-        y = level * (t / t[-1]) ** power
-        ax.plot(t, y, ":", color=GUIDE, linewidth=1)
-        k = int(0.12 * len(t))
-        ax.annotate(name, (t[k], y[k]), textcoords="offset points", xytext=(0, -9), fontsize=7, color=GUIDE)
-
-
-def _logarithmic(ax: "Axes", curves: dict[str, tuple[np.ndarray, np.ndarray]], guides: bool) -> None:
-    ends = []
-    for k, (name, (t, y)) in enumerate(curves.items()):
-        if not np.any(y):
-            ax.plot([], [], color=LINES[k], label=f"{name}: exactly 0")
-            continue
-        t, low, high = envelope(t, y)
-        floor = high.max() * 1e-4  # an error that passes through zero says nothing by it
-        ax.fill_between(t, np.maximum(low, floor), np.maximum(high, floor), where=high > floor, color=LINES[k], alpha=0.3, linewidth=0.6)
-        so_far = np.maximum.accumulate(high)
-        ax.plot(t, np.where(so_far > 0, so_far, np.nan), color=LINES[k], linewidth=1.3, label=name)
-        ends.append((t, so_far[-1]))
-    if ends:
-        ax.set_xscale("log"), ax.set_yscale("log")
-        if guides:
-            _guides(ax, np.geomspace(ends[0][0][0], ends[0][0][-1], 200), ends[0][1])
+def _logarithmic(ax: "Axes", curves: dict[str, tuple[np.ndarray, np.ndarray]], limit: float | None = None) -> None:
+    """What residual_panel() says of each curve; of several their root mean squares and bands alone."""
+    for k, (name, (t, error)) in enumerate(curves.items()):
+        one = len(curves) == 1
+        for label, stroke, at, y, low in residual_panel(t, error, limit if one else None):
+            if stroke == "band":
+                ax.fill_between(at, low, y, color=LINES[7] if one else LINES[k], alpha=0.45 if one else 0.2, linewidth=0.6, label=label if one else None)
+            elif stroke == "line":
+                ax.plot(at, np.where(y > 0, y, np.nan), color=LINES[k], linestyle=DASHES[k], linewidth=1.3, label=label if one else name if np.any(error) else f"{name}: exactly 0")
+            elif one:
+                ax.plot(at, y, color=GUIDE if stroke == "guide" else ALARM, linestyle="--" if stroke == "guide" else ":", linewidth=1, label=label)
+    if any(np.any(y) for _, y in curves.values()):
+        ax.set_yscale("log")
+        if t[-1] > 100 * (t[1] - t[0]):
+            ax.set_xscale("log")
     _legend(ax)
 
 
@@ -116,22 +117,14 @@ def draw(result: Result) -> "Figure":
         raise InvalidArgument("plots need matplotlib, which is not installed (Debian: python3-matplotlib); "
                               "the command `porthos plot` draws SVG without it") from None
     s = result.summary
-    figure = Figure(figsize=(11, 6.6), layout="constrained")
-    ((a, b), (c, d)) = figure.subplots(2, 2)
-    _energies(a, result)
-    _works(b, result)
-    _residual(c, result)
-    limit = next((x["limit"] for x in s["checks"] if x["name"] == "energy"), None)
-    if limit and c.get_yscale() == "log":
-        c.axhline(limit, color="#c8472f", linewidth=1)
-        c.annotate("limit", (1, limit), xycoords=("axes fraction", "data"), xytext=(-2, 3), textcoords="offset points",
-                   ha="right", fontsize=7, color="#c8472f")
-    _style(d, "momentum errors (world axes) and |ξ| - 1", "kg m/s, kg m²/s, 1")
-    size = lambda name: np.linalg.norm(result[name], axis=1)
-    momenta = {w: (result.time, size(f"{w}_momentum_error")) for w in ("linear", "angular") if f"{w}_momentum_error" in result.names}
-    _logarithmic(d, {**momenta, "quaternion norm": (result.time, result["quaternion_norm_error"])}, False)
-    for ax in (c, d):
+    drawn = [_energies, *([_works] if _works_of(result) else []), _residual, _momenta]
+    figure = Figure(figsize=(11, 7.4), layout="constrained")
+    grid = figure.subplots(2, 2).ravel()
+    for ax, into in zip(grid, drawn):
+        into(ax, result)
         ax.set_xlabel("time [s]", fontsize=8, color=SOFT)
+    for ax in grid[len(drawn):]:
+        figure.delaxes(ax)
     figure.suptitle(f"{s['title']}    {s['method']}, step {s['step_s']:g} s, {s['steps']} steps, verdict: {s['verdict']}",
                     x=0.01, ha="left", fontsize=11, color=INK)
     return figure
@@ -146,9 +139,7 @@ def _of_motion(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
         def draw_into(ax, _):
             title, unit = what[:-1].split(" [")
             _style(ax, title, unit)
-            for k, (name, y) in enumerate(lines.items()):
-                ax.plot(t, y, color=LINES[k % len(LINES)], linestyle=("-", "--", ":")[k // len(LINES) % 3], linewidth=1.2, label=name)
-            _legend(ax)
+            _lines(ax, t, lines)
         return draw_into
 
     panels, alone = {}, {}
@@ -161,8 +152,16 @@ def _of_motion(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _residual(ax: "Axes", r: Result) -> None:
-    _style(ax, "residual of the energy balance, relative (band: range, line: largest so far)", "1")
-    _logarithmic(ax, {"energy": (r.time, r["energy_error"] / (r.summary["energy"]["scale_J"] or 1.0))}, True)
+    _style(ax, "residual", "relative")
+    limit = next((x["limit"] for x in r.summary["checks"] if x["name"] == "energy"), None)
+    _logarithmic(ax, {"energy": (r.time, r["energy_error"] / (r.summary["energy"]["scale_J"] or 1.0))}, limit)
+
+
+def _momenta(ax: "Axes", r: Result) -> None:
+    _style(ax, "errors of momenta (world axes) and of |ξ| - 1", "kg m/s, kg m²/s, relative")
+    size = lambda name: np.linalg.norm(r[name], axis=1)
+    momenta = {w: (r.time, size(f"{w}_momentum_error")) for w in ("linear", "angular") if f"{w}_momentum_error" in r.names}
+    _logarithmic(ax, {**momenta, "quaternion norm": (r.time, r["quaternion_norm_error"])})
 
 
 PANELS = {"energies": _energies, "works": _works, "residual": _residual}
@@ -187,7 +186,8 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None) -> A
     what = what if what in draw else title
     names = [n for n in known if n not in PANELS] if what == "motion" else [what]
     if what != "motion" and what not in draw:
-        raise InvalidArgument(f"what is '{what}', expected motion, {', '.join(known)} or a line")
+        near = difflib.get_close_matches(what, ["motion", *draw], n=1, cutoff=0)[0]
+        raise InvalidArgument(f"what is '{what}', the nearest is '{near}', expected motion, {', '.join(known)} or a line")
     if axes is not None:
         if len(names) > 1:
             raise InvalidArgument(f"axes are of one panel, expected what to be one of {', '.join(known)}")
@@ -217,7 +217,7 @@ def _histogram(ax: "Axes", title: str, unit: str, y: np.ndarray, passed: np.ndar
         ax.text(0.5, 0.5, f"{low:.3g} in every case", transform=ax.transAxes, ha="center", va="center", fontsize=8, color=SOFT)
         return
     edges = np.geomspace(low, high * (1 + 1e-12), 49) if log else np.linspace(low, high, 49)
-    ax.hist([y[keep & passed], y[keep & ~passed]], bins=edges, stacked=True, color=[LINES[0], "#c8472f"], label=["passed", "not passed"])
+    ax.hist([y[keep & passed], y[keep & ~passed]], bins=edges, stacked=True, color=[LINES[0], ALARM], label=["passed", "not passed"])
     if log:
         ax.set_xscale("log")
     if (keep & ~passed).any():

@@ -12,7 +12,7 @@ from typing import Any, Sequence, Union
 
 import numpy as np
 
-from ._core import InvalidArgument, RunFile, export_csv, motion_panels, moved_in
+from ._core import InvalidArgument, RunFile, export_csv, motion_in, motion_panels, moved_in
 from .ensembles import EnsembleResult, open_ensemble
 from .judged import Judged, html_table, short, text_table
 
@@ -34,8 +34,7 @@ class Result(Judged):
         super().__init__(summary, folder)  # as summary.json; None for a run in memory
         self._columns = columns
         self._states = states
-        self.mechanism: Any = None  #: what moved; None: of the folder's scene, or there is none
-        self.springs: list[tuple[str, Any]] = []  #: names and energies of actuators, of the folder's scene
+        self.mechanism: Any = None  #: what moved, of a model made in code; None: of the folder's scene, or there is none
         self._file: RunFile | None = None
 
     # --- figures ------------------------------------------------------------------------------------------------------
@@ -149,40 +148,33 @@ class Result(Judged):
                                   "result['state/elbow'][-1] and result['momentum/elbow'][-1], or [initial] from = the folder to go on from its end")
         return self._states
 
-    def motion(self, most: int = 3000, since: "Result | None" = None) -> dict[str, dict[str, np.ndarray]]:
+    @property
+    def springs(self) -> list[tuple[str, Any]]:
+        """Names and energies of the actuators of the folder's scene."""
+        return moved_in(self.folder)[1] if self.folder else []
+
+    def motion(self, most: int = 3000) -> dict[str, dict[str, np.ndarray]]:
         """How the mechanism moved, at no more than `most` records: {"joints [rad]": {"elbow": ...}, ..., "time [s]": {"t": ...}}.
 
         The scene's outputs; positions and rates of joints; rotation from the start, rates, path and velocity of free bodies;
         deflection, stiffness setting, stiffness and torque of actuators, as motion.svg has them. Phases follow each other: nan
-        where a phase has no such line. since: the phase from whose start rotations and paths count, in place of this one's own.
+        where a phase has no such line.
         Raises InvalidArgument for a system without a mechanism.
         """
-        if len(phases := self.phases) > 1:
-            return _one_after_another([p.motion(max(most // len(phases), 2), phases[0]) for p in phases])
-        if self.mechanism is None:
-            self.mechanism, self.springs = _moved_in(self.folder)
+        if self.folder is not None:
+            t, panels = motion_in(self.folder, most, self.mechanism)
+            return {**panels, "time [s]": {"t": t}}
         if self.mechanism is None:
             raise InvalidArgument("the run has no mechanism whose motion could be shown, expected a scene or a MechanicalModel")
         t = self.time
         at = np.unique(np.linspace(0, len(t) - 1, min(len(t), most)).astype(int))
         turns = [c.name for c in self.mechanism.coordinates if c.q.stop - c.q.start == 1 and c.unit == "rad"]
-        if self.file is not None and "turns" in self.file.names:
-            turns = self.file.attributes("turns")["columns"].split("\n")
 
         def rows(name: str) -> list[float]:
-            """A row of the start, then those that are shown."""
-            if name not in self.names:
-                return []
-            own, start = np.asarray(self[name]), self
-            if since is not None and name in since.names and np.shape(since[name])[1:] == own.shape[1:]:
-                start = since
-            return np.concatenate([np.asarray(start[name])[:1], own[at]]).astype(float).ravel().tolist()
+            return np.asarray(self[name])[at].astype(float).ravel().tolist() if name in self.names else []
 
-        panels: dict[str, dict[str, np.ndarray]] = {}
         outputs = [(n.removeprefix("output/"), self.unit(n)) for n in self.names if n.startswith("output/")]
-        for what, lines in motion_panels(self.mechanism, [t[0], *t[at]], turns, rows, outputs, self.springs):
-            panels.setdefault(what, {}).update({name: line[1:] for name, line in lines.items()})
-        return {**panels, "time [s]": {"t": t[at]}}
+        return {**motion_panels(self.mechanism, t[at].tolist(), turns, rows, outputs), "time [s]": {"t": t[at]}}
 
     def _repr_html_(self) -> str:
         """What notebooks show: the verdict and its checks."""
@@ -200,26 +192,6 @@ class Result(Judged):
         if not group and name not in ("stored", "supplied", "dissipated", "output", *known):
             raise InvalidArgument(f"the run has no group '{name}', expected one of {', '.join(known)}")
         return group
-
-
-def _one_after_another(parts: list[dict[str, dict[str, np.ndarray]]]) -> dict[str, dict[str, np.ndarray]]:
-    """The panels of all phases."""
-    names = {(what, name): None for p in parts for what, lines in p.items() for name in lines}
-    whole: dict[str, dict[str, np.ndarray]] = {}
-    for what, name in names:
-        pieces = [p.get(what, {}).get(name, np.full(len(p["time [s]"]["t"]), np.nan)) for p in parts]
-        whole.setdefault(what, {})[name] = np.concatenate(pieces)
-    return whole
-
-
-def _moved_in(folder: Path | None) -> tuple[Any, list[tuple[str, Any]]]:
-    """The mechanism of a finished run or of a phase, and the springs of its actuators."""
-    if folder is None:
-        return None, []
-    number = folder.name.removeprefix("phase_")
-    phase = number.isdigit() and number != folder.name and (folder.parent / "summary.json").exists()
-    mechanisms, springs = moved_in(folder.parent if phase else folder)
-    return mechanisms[int(number) - 1 if phase else 0] if mechanisms else None, springs
 
 
 def open(folder: PathLike) -> Any:

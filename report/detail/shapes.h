@@ -14,7 +14,8 @@ namespace porthos::report {
 Json drawn(const contact::Shape& shape);
 
 /// The shapes that represent each body, in its own frame: those of a URDF's <visual> (or
-/// <collision>) that can be shown, those of its contacts, and the box of equal mass and inertia.
+/// <collision>) that can be shown, those of its contacts, and the box of equal mass and inertia,
+/// made smaller where that is larger than the body can be.
 /// @param bodies  as the mechanism was built;  urdf  text of the model, may be empty;  touching
 ///   the shapes that contacts state, by link;  meshes  gets those that it names
 /// @return array of {name, parent, joint, mass, com, box: {size, p, q}, visuals: [{kind, size, p,

@@ -230,6 +230,12 @@ std::string ensemble_json(const Ensemble& e, const CaseStore& store, const Ensem
     if (i.name == "linear_momentum") j["linear_momentum_error"] = json_of(r.linear);
     if (i.name == "angular_momentum") j["angular_momentum_error"] = json_of(r.angular);
   }
+  const Limits& limits = e.scene().verify;
+  j["limits"] = Json::object();
+  for (const auto& [name, limit] : {std::pair{"energy_error", limits.energy},
+                                    {"linear_momentum_error", limits.linear_momentum},
+                                    {"angular_momentum_error", limits.angular_momentum}})
+    if (limit) j["limits"][name] = *limit;
   for (const EventSpread& event : r.events)
     j["events"].push_back(
         {{"event", event.name}, {"happened", event.happened}, {"time_s", json_of(event.time)}});
@@ -262,8 +268,9 @@ void write_ensemble(const std::filesystem::path& folder, const Ensemble& e, cons
   const auto h5 = folder / "ensemble.h5", svg = folder / "ensemble.svg",
              json = folder / "ensemble.json";
   write_file(h5, e, store);
-  write_aside(svg, ensemble_plot(e, store, r));
-  write_aside(json, ensemble_json(e, store, r));
+  const std::string text = ensemble_json(e, store, r);
+  write_aside(svg, ensemble_plot(aside(h5), text));
+  write_aside(json, text);
   for (const auto& path : {h5, svg, json}) put_in_place(path);
 }
 

@@ -14,7 +14,6 @@ namespace {
 
 constexpr double width = 860, height = 360, top = 74, bottom = 300, panel = 320;
 constexpr int points = 401;
-constexpr const char* colours[] = {"#1b4f9c", "#1f8a5b", "#b5651d", "#8c4fb8"};
 
 struct Curve {
   std::vector<double> x, y;  ///< within the limits
@@ -40,12 +39,12 @@ void panel_of(Svg& svg, double left, const std::string& title, const std::vector
   for (double v = std::ceil(low / dy) * dy; v <= high; v += dy) {
     svg.rule(left, py(v), left + panel, py(v), colour::grid, 1);
     svg.text(left - 8, py(v) + 4, "end", 11, colour::soft,
-             fmt::format("{:g}", std::fabs(v) < 1e-9 * dy ? 0 : std::round(v / dy) * dy));
+             number_text(std::fabs(v) < 1e-9 * dy ? 0 : std::round(v / dy) * dy));
   }
   for (double v = std::ceil(x.front() / dx) * dx; v <= x.back() + 1e-9; v += dx) {
     svg.rule(px(v), bottom, px(v), bottom + 4, colour::guide, 1);
     svg.text(px(v), bottom + 18, "middle", 11, colour::soft,
-             fmt::format("{:g}", std::fabs(v) < 1e-9 * dx ? 0 : std::round(v / dx) * dx));
+             number_text(std::fabs(v) < 1e-9 * dx ? 0 : std::round(v / dx) * dx));
   }
   svg.rule(left, bottom, left + panel, bottom, colour::guide, 1);
   for (const double side : {-mark, mark})
@@ -70,7 +69,7 @@ std::string datasheet_plot(const vsa::Device& d) {
   std::vector<double> sigmas(d.sigma.begin(), d.sigma.end());
   for (size_t k = 0; k < sigmas.size(); ++k) {
     Curve t, c;
-    t.colour = c.colour = colours[k % std::size(colours)];
+    t.colour = c.colour = colour::lines[k % std::size(colour::lines)];
     for (const double q : x) {
       const auto strains = e->strains(q, d.theta, sigmas[k]);
       if (std::any_of(strains.begin(), strains.end(),
@@ -89,8 +88,8 @@ std::string datasheet_plot(const vsa::Device& d) {
   double at = 64;
   const auto& traits = e->traits();
   for (size_t k = 0; k < sigmas.size() && !traits.sigma.empty(); ++k) {
-    const std::string label =
-        fmt::format("σ = {:g} {}", sigmas[k], traits.sigma_unit == "1" ? "" : traits.sigma_unit);
+    const std::string label = fmt::format("σ = {} {}", number_text(sigmas[k]),
+                                          traits.sigma_unit == "1" ? "" : traits.sigma_unit);
     svg.rule(at, 42, at + 18, 42, torque[k].colour, 3);
     svg.text(at + 24, 46, "start", 11.5, colour::ink, label);
     at += 44 + text_width(label, 11.5);

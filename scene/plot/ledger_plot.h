@@ -2,6 +2,8 @@
 #include <string>
 #include <vector>
 
+#include "scene/plot/trace_plot.h"
+
 namespace porthos::scene {
 
 /// A series of the ledger over the times of LedgerSeries.
@@ -17,9 +19,10 @@ struct LedgerSeries {
   std::vector<double> defect;  ///< H - H(start) - supplied + dissipated [J]
 };
 
-/// Three panels over one time axis, as a complete SVG document: stored energies stacked (each from
-/// zero, or from its least value where that is below zero), works through sources and losses, and
-/// the defect of the balance on an axis of its own.
+/// "energies [J]", stacked, and, if there are any, "works [J]" through sources (in) and losses.
+std::vector<TracePanel> ledger_panels(const LedgerSeries& series);
+
+/// These and the defect of the balance on an axis of its own, as a complete SVG document.
 std::string ledger_plot(const LedgerSeries& series, const std::string& title,
                         const std::string& subtitle);
 

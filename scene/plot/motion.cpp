@@ -16,7 +16,6 @@ namespace {
 using mechanics::JointCoordinates, mechanics::Quaternion, mechanics::Vec3d;
 using phs::BlockKind;
 
-constexpr size_t most_lines = 8;              ///< of a panel: as many as there are colours
 constexpr double spins = 4 * phs::two_pi_hi;  ///< [rad] from zero
 
 /// Coordinates and rates at each record.

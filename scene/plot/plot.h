@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "scene/plot/trace_plot.h"
+
 namespace porthos::scene {
 
 struct RunReport;
@@ -41,7 +43,11 @@ struct PlotLabels {
   std::optional<double> limit;  ///< of the verdict
 };
 
-/// |relative energy error| against time as a complete SVG document.
+/// "residual [relative]": the relative energy error as a band, its root mean square so far, √t
+/// through the end of that, and the limit of the verdict.
+TracePanel residual_panel(const Envelope& envelope, std::optional<double> limit);
+
+/// That panel as a complete SVG document.
 std::string energy_plot(const Envelope& envelope, const PlotLabels& labels);
 
 /// The line below the title of a run's pictures: method, step, cost, verdict.

@@ -11,7 +11,7 @@ namespace porthos::scene {
 namespace {
 
 constexpr double width = 860, left = 120, right = 30, top = 74, row_height = 52, bottom = 96;
-constexpr const char *held = "#2f6fb3", *moved = "#3c9a5f";
+constexpr const char *held = colour::lines[0], *moved = colour::lines[2];
 
 struct Row {
   std::string name;
@@ -57,8 +57,8 @@ std::string space_plot(const RunReport& r) {
   svg.text(left, 26, "start", 16, colour::ink, fit_text(r.title, 16, width - left - right),
            " font-weight=\"bold\"");
   svg.text(left, 46, "start", 12, colour::soft,
-           fmt::format("{:.6g} s, {} steps of {} s: each ledger by itself, no total", r.simulated_s,
-                       r.steps, r.step_s));
+           fmt::format("{} s, {} steps of {} s: each ledger by itself, no total",
+                       number_text(r.simulated_s), r.steps, number_text(r.step_s)));
   const int every = last - first > 16 ? 4 : 2;
   for (int e = int(first); e <= int(last); ++e) {
     if (e % every) continue;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 namespace porthos::scene {
 namespace {
@@ -42,6 +43,18 @@ std::string scientific(double x) {
   return m == 1 ? power_of_ten(e) : fmt::format("{:g}·{}", m, power_of_ten(e));
 }
 
+std::string number_text(double x, bool powers) {
+  std::string text = fmt::format("{:.9g}", std::fabs(x));
+  if (x != 0 && std::isfinite(x) && (powers || text.find('e') != std::string::npos)) {
+    std::string digits = fmt::format("{:.8e}", std::fabs(x));  // 1.50000000e+03
+    const auto e = digits.find('e');
+    const int exponent = std::stoi(digits.substr(e + 1));
+    digits = fmt::format("{:.9g}", std::stod(digits.substr(0, e)));
+    text = digits == "1" ? power_of_ten(exponent) : digits + "·" + power_of_ten(exponent);
+  }
+  return (x < 0 ? "−" : "") + text;
+}
+
 double round_step(double span, int parts) {
   const double rough = span / parts, ten = std::pow(10.0, std::floor(std::log10(rough)));
   return ten * (rough / ten < 1.5 ? 1 : rough / ten < 3.5 ? 2 : rough / ten < 7.5 ? 5 : 10);
@@ -51,6 +64,13 @@ double text_width(const std::string& text, double size) {
   const auto letters =
       std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; });
   return double(letters) * size * 0.6;
+}
+
+std::string dashed(const std::string& pattern, double width) {
+  std::istringstream in(pattern);
+  std::string text;
+  for (double x = 0; in >> x;) text += fmt::format("{:.3g} ", width * x);
+  return text.empty() ? "" : fmt::format(R"( stroke-dasharray="{}")", text);
 }
 
 std::string fit_text(const std::string& text, double size, double room) {
@@ -63,12 +83,12 @@ std::string fit_text(const std::string& text, double size, double room) {
   return cut + "…";
 }
 
-Svg::Svg(double width, double height) {
+Svg::Svg(double width, double height, const char* unit) {
   raw(R"(<?xml version="1.0" encoding="UTF-8"?>)");
   raw(fmt::format(
-      R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {0} {1}" width="{0}" height="{1}" )"
+      R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {0} {1}" width="{0}{2}" height="{1}{2}" )"
       R"(font-family="Inter, 'Helvetica Neue', Helvetica, Arial, 'DejaVu Sans', sans-serif">)",
-      width, height));
+      width, height, unit));
   raw(fmt::format(R"(<rect width="{}" height="{}" fill="#ffffff"/>)", width, height));
 }
 

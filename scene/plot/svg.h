@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <string>
 
 /// Code shared by the pictures of the results. Pixels, y downwards.
@@ -10,23 +11,34 @@ inline constexpr const char* soft = "#66717f";
 inline constexpr const char* grid = "#e4e8ed";
 inline constexpr const char* guide = "#8a94a0";
 inline constexpr const char* alarm = "#c8472f";
+/// Of the lines of every picture, here, in the report (--c0 ... --c7 of web/src/style.css) and in
+/// Python (porthos.plotting.LINES).
+inline constexpr std::array lines{"#1d5c96", "#c8472f", "#2f8f5b", "#b8741a",
+                                  "#8a5fb0", "#2a8c99", "#7a5a48", "#6fa8dc"};
 }  // namespace colour
 
 /// "10⁻¹²"
 std::string power_of_ten(int exponent);
-/// "3·10⁻¹²", "10⁻¹²"
+/// "3·10⁻¹²", "10⁻¹²". x > 0.
 std::string scientific(double x);
+/// "−0.5", "1500", "2.5·10⁷": nine digits, no E. powers: as a power of ten whatever the size.
+std::string number_text(double x, bool powers = false);
+/// Whether the numbers of an axis that reaches `largest` are powers of ten.
+inline bool in_powers(double largest) { return largest < 1e-3 || largest >= 1e6; }
 /// The step 1, 2 or 5 times a power of ten that divides a span into about `parts` parts.
 double round_step(double span, int parts);
 /// Rough width of a text in px.
 double text_width(const std::string& text, double size);
+/// The attribute of a line with dashes and gaps in widths of the line; "": a full line.
+std::string dashed(const std::string& pattern, double width);
 /// The part of a text that fits, with an ellipsis. Cuts between characters, never inside one.
 std::string fit_text(const std::string& text, double size, double room);
 
 /// An SVG document under construction. `more`: further attributes, with a leading blank.
 class Svg {
  public:
-  Svg(double width, double height);
+  /// unit: of a length, "pt"; none: pixels
+  Svg(double width, double height, const char* unit = "");
 
   void raw(const std::string& element) { text_ += element + "\n"; }
   void text(double x, double y, const char* anchor, double size, const std::string& colour,

@@ -7,123 +7,334 @@
 #include <iterator>
 
 #include "scene/plot/svg.h"
+#include "scene/plot/time_axis.h"
 
 namespace porthos::scene {
 namespace {
 
 using colour::grid, colour::ink, colour::soft;
 
-constexpr double width = 1000, left = 96, right = 770, legend_x = 790, legend_row = 19;
-constexpr double first_top = 92, height = 170, gap = 40, below = 62;
-constexpr const char* palette[] = {"#1d5c96", "#c8472f", "#2f8f5b", "#b8741a",
-                                   "#8a5fb0", "#2a8c99", "#7a5a48", "#6fa8dc"};
+constexpr size_t most_points = 1500;
+
+/// Measures of a picture, in `unit`.
+struct Look {
+  const char* unit;
+  double width, left, right;    ///< of the page, and where panels begin and end
+  double head, gap, foot;       ///< above, between and below panels
+  double name_at;               ///< of a panel's name, turned upwards
+  double ticks, names, legend;  ///< sizes of texts
+  double row, swatch;           ///< of the legend
+  double stroke, rule;          ///< widths of lines and of the grid
+  bool beside;                  ///< whether the legend is right of its panel, else above it
+};
+constexpr double mm = 72 / 25.4;  // in points
+constexpr Look screen{"", 1180, 96, 850, 92, 40, 62, 22, 12.5, 13, 12, 19, 24, 1.8, 1, true};
+constexpr Look print{"pt", 85 * mm, 42, 85 * mm - 6, 0, 0, 0, 9, 8, 8, 8, 10.5, 18, 1, 0.5, false};
+constexpr double print_height = 60 * mm;
+
+/// In widths of a line, for readers without colours.
+constexpr std::array<const char*, most_lines> dashes{
+    "", "4 2", "1.2 1.8", "7 2 1.2 2", "2.5 1.5", "9 3", "7 2 1.2 2 1.2 2", "1.2 3.5"};
+
+/// A line as it is drawn.
+struct Drawn {
+  const TraceLine* line;
+  std::string name, colour, dash;
+  double width;
+  std::vector<double> from = {}, to = {};  ///< of a stacked area
+};
+
+bool idle(const TraceLine& l) {
+  return l.stroke == Stroke::line && std::ranges::all_of(l.value, [](double v) { return v == 0; });
+}
 
 class TracePlot {
  public:
-  explicit TracePlot(const std::vector<TracePanel>& panels)
-      : panels_(panels),
-        svg_(width, first_top + double(panels.size()) * (height + gap) - gap + below) {
-    for (const auto& p : panels)
+  TracePlot(const std::vector<TracePanel>& panels, const Look& look)
+      : panels_(panels), look_(look), log_time_(!panels.empty() && panels[0].log_time) {
+    first_ = HUGE_VAL;
+    for (const auto& p : panels) {
+      drawn_.push_back(drawn_of(p));
       for (const auto& l : p.lines)
-        if (!l.t.empty()) last_ = std::max(last_, l.t.back());
+        for (const double t : l.t)
+          if (std::isfinite(t)) {
+            last_ = std::max(last_, t);
+            if (t > 0) first_ = std::min(first_, t);
+          }
+    }
+    log_time_ = log_time_ && first_ < last_;
+    place_panels();
   }
   std::string draw(const std::string& title, const std::string& subtitle) {
-    svg_.text(left, 38, "start", 19, ink, fit_text(title, 19, width - left - 20),
-              R"( font-weight="600")");
-    svg_.text(left, 61, "start", 13, soft, fit_text(subtitle, 13, width - left - 20));
-    top_ = first_top;
-    for (const auto& p : panels_) {
-      panel(p);
-      top_ += height + gap;
+    Svg svg(look_.width, height_, look_.unit);
+    svg_ = &svg;
+    if (look_.head > 0) {
+      const double room = look_.width - look_.left - 20;
+      svg.text(look_.left, 38, "start", 19, ink, fit_text(title, 19, room),
+               R"( font-weight="600")");
+      svg.text(look_.left, 61, "start", 13, soft, fit_text(subtitle, 13, room));
     }
-    time_axis(top_ - gap);
-    return svg_.finish();
+    for (size_t k = 0; k < panels_.size(); ++k) panel(k);
+    return svg.finish();
   }
 
  private:
-  double scaled(const TracePanel& p, double v) const { return p.logarithmic ? std::log10(v) : v; }
-  double x(double t) const { return left + (right - left) * (last_ > 0 ? t / last_ : 0); }
-  double y(double v) const { return top_ + height * (high_ - v) / (high_ - low_); }
-
-  void panel(const TracePanel& p) {
-    low_ = HUGE_VAL;
-    high_ = -HUGE_VAL;
-    for (const auto& l : p.lines)
-      for (const double v : l.value)
-        if (const double s = scaled(p, v); std::isfinite(s)) {
-          low_ = std::min(low_, s);
-          high_ = std::max(high_, s);
-        }
-    if (!(high_ >= low_)) {
-      low_ = 0;
-      high_ = 1;
+  /// What of a panel is drawn, and how; what is 0 all the time comes last, in one row.
+  std::vector<Drawn> drawn_of(const TracePanel& p) const {
+    std::vector<Drawn> all;
+    const auto idles = size_t(std::ranges::count_if(p.lines, idle));
+    const bool folded = idles > 1 && p.lines.size() > 4;
+    std::vector<double> top;
+    size_t next = 0;
+    for (const TraceLine& l : p.lines) {
+      if (folded && idle(l)) continue;
+      Drawn d{&l, l.name, "", "", look_.stroke};
+      style(d, next);
+      next += l.stroke == Stroke::line;
+      if (p.stacked) stack(d, top);
+      all.push_back(std::move(d));
     }
-    if (p.logarithmic) {
-      low_ = std::max(std::floor(low_), std::ceil(high_) - 16);
-      high_ = std::ceil(high_);
-      if (high_ <= low_) high_ = low_ + 1;
-    } else {
-      // What differs by rounding alone is drawn as constant: no tick is that fine.
-      const double size = std::max(std::fabs(low_), std::fabs(high_));
-      const double room =
-          high_ - low_ > 1e-9 * size ? 0.05 * (high_ - low_) : std::max(1e-12, size);
-      low_ -= room;
-      high_ += room;
+    static const TraceLine nothing{};
+    if (folded) {
+      const bool others = idles < p.lines.size();
+      all.push_back({&nothing, fmt::format("{} {}: 0", idles, others ? "others" : "lines"), soft,
+                     "", look_.rule});
     }
-    const double step =
-        p.logarithmic ? std::max(1.0, std::ceil((high_ - low_) / 5)) : round_step(high_ - low_, 4);
-    for (double v = std::ceil(low_ / step) * step; v <= high_ + 1e-9 * step; v += step) {
-      const bool zero = !p.logarithmic && std::fabs(v) < 1e-9 * step;
-      svg_.rule(left, y(v), right, y(v), grid, zero ? 1.8 : 1);
-      svg_.text(left - 10, y(v) + 4.5, "end", 12.5, soft,
-                p.logarithmic ? power_of_ten(int(std::lround(v)))
-                : zero        ? "0"
-                              : fmt::format("{:.6g}", v));
-    }
-    svg_.text_upwards(22, top_ + 0.5 * height, 13, ink, p.what);
-    for (size_t i = 0; i < p.lines.size(); ++i) line(p, p.lines[i], i);
+    return all;
   }
-  void line(const TracePanel& p, const TraceLine& l, size_t i) {
-    const char* c = palette[i % std::size(palette)];
-    const char* dash = i % 2 ? R"( stroke-dasharray="7 4")" : "";  // shows both of two equal lines
-    std::string points;
-    const size_t every = std::max<size_t>(1, l.t.size() / 1500);
+  void style(Drawn& d, size_t next) const {
+    switch (d.line->stroke) {
+      case Stroke::band:
+        d.colour = colour::lines[7];
+        break;
+      case Stroke::guide:
+        d.colour = colour::guide;
+        d.dash = dashed("4 3", d.width *= 0.8);
+        break;
+      case Stroke::limit:
+        d.colour = colour::alarm;
+        d.dash = dashed("1 2.4", d.width);
+        break;
+      default:
+        d.colour = colour::lines.at(next % most_lines);
+        // the ninth line has the colour of the first and another dash
+        d.dash = dashed(dashes.at((next + next / most_lines) % most_lines), d.width);
+    }
+  }
+  static void stack(Drawn& d, std::vector<double>& top) {
+    const auto& v = d.line->value;
+    top.resize(v.size(), 0.0);
+    const double least = v.empty() ? 0 : std::min(0.0, *std::ranges::min_element(v));
+    d.from = top;
+    for (size_t i = 0; i < v.size(); ++i) top[i] += v[i] - least;
+    d.to = top;
+    d.dash = "";
+    if (least < 0) d.name += " (above its least)";
+  }
+
+  /// Tops and bottoms of the panels: a legend beside one makes it taller, one above it lower.
+  void place_panels() {
+    double at = look_.head;
+    for (size_t k = 0; k < drawn_.size(); ++k) {
+      auto& d = drawn_[k];
+      if (look_.beside) {
+        const double tall =
+            std::max(panels_.size() == 1 ? 360.0 : 170.0, look_.row * double(d.size()) + 8);
+        places_.push_back({at, at + tall});
+        at += tall + look_.gap;
+      } else {
+        if (d.size() == 1 && panels_[k].what.starts_with(d[0].name))
+          d[0].name = "";  // stands there
+        const double rows = double(rows_above(d).size());
+        const double tall = std::max(print_height, rows * look_.row + 80);  // of 100 names
+        places_.push_back({at + 5 + rows * look_.row, at + tall - 27});
+        at += tall;
+      }
+    }
+    height_ = at - look_.gap + look_.foot;
+  }
+  /// The rows of a legend above its panel: indices of lines.
+  std::vector<std::vector<size_t>> rows_above(const std::vector<Drawn>& d) const {
+    std::vector<std::vector<size_t>> rows;
+    double free = 0;
+    if (d.size() == 1 && d[0].name.empty()) return rows;
+    for (size_t i = 0; i < d.size(); ++i) {
+      const double need = entry_width(d[i]);
+      if (rows.empty() || need > free) {
+        rows.emplace_back();
+        free = look_.right - look_.left;
+      }
+      rows.back().push_back(i);
+      free -= need;
+    }
+    return rows;
+  }
+  double entry_width(const Drawn& d) const {
+    return look_.swatch + 3 + 0.9 * text_width(d.name, look_.legend) + 5;
+  }
+
+  double scaled(double v) const { return log_ ? std::log10(v) : v; }
+  double x(double t) const {
+    if (!(last_ > 0)) return look_.left;
+    const double f = log_time_ ? std::log(t / first_) / std::log(last_ / first_) : t / last_;
+    return look_.left + (look_.right - look_.left) * f;
+  }
+  double y(double v) const { return bottom_ - (bottom_ - top_) * (v - low_) / (high_ - low_); }
+
+  void take(const std::vector<double>& values) {
+    for (const double v : values)
+      if (const double s = scaled(v); std::isfinite(s))
+        low_ = std::min(low_, s), high_ = std::max(high_, s);
+  }
+  void find_range(const TracePanel& p, const std::vector<Drawn>& drawn) {
+    log_ = p.logarithmic;
+    low_ = p.stacked ? 0 : HUGE_VAL;
+    high_ = p.stacked ? 0 : -HUGE_VAL;
+    for (const Drawn& d : drawn) {
+      take(p.stacked ? d.to : d.line->value);
+      if (!p.stacked) take(d.line->low);
+    }
+    if (!(high_ >= low_)) low_ = log_ ? -18 : 0, high_ = log_ ? -16 : 1;
+    if (log_) {
+      low_ = std::max(std::floor(low_), std::ceil(high_) - 16);
+      high_ = std::max(std::ceil(high_ + 0.02), low_ + 1);
+      return;
+    }
+    // What differs by rounding alone is drawn as constant: no tick is that fine.
+    const double size = std::max(std::fabs(low_), std::fabs(high_));
+    const double room = high_ - low_ > 1e-9 * size ? 0.05 * (high_ - low_) : std::max(1e-12, size);
+    if (!p.stacked) low_ -= room;
+    high_ += room;
+  }
+
+  void panel(size_t k) {
+    const TracePanel& p = panels_[k];
+    const auto& drawn = drawn_[k];
+    top_ = places_[k].first;
+    bottom_ = places_[k].second;
+    find_range(p, drawn);
+    const double step =
+        log_ ? std::max(1.0, std::ceil((high_ - low_) / 5)) : round_step(high_ - low_, 4);
+    const bool powers = in_powers(std::max(std::fabs(low_), std::fabs(high_)));
+    for (double v = std::ceil(low_ / step - 1e-9) * step; v <= high_ + 1e-9 * step; v += step) {
+      const bool zero = !log_ && std::fabs(v) < 1e-9 * step;
+      svg_->rule(look_.left, y(v), look_.right, y(v), grid, zero ? 1.8 * look_.rule : look_.rule);
+      svg_->text(look_.left - 0.8 * look_.ticks, y(v) + 0.36 * look_.ticks, "end", look_.ticks,
+                 soft,
+                 log_   ? power_of_ten(int(std::lround(v)))
+                 : zero ? "0"
+                        : number_text(v, powers));
+    }
+    svg_->text_upwards(look_.name_at, 0.5 * (top_ + bottom_), look_.names, ink,
+                       p.what.substr(0, p.what.find(" [1]")));
+    if (k + 1 == panels_.size() || !look_.beside) time_axis();
+    // Bands and areas below, lines upon them.
+    for (const bool area : {true, false})
+      for (const Drawn& d : drawn)
+        if (area == (p.stacked || d.line->stroke == Stroke::band)) draw_line(d, area);
+    look_.beside ? legend_beside(drawn, p.stacked) : legend_above(drawn, p.stacked);
+  }
+
+  void draw_line(const Drawn& d, bool area) {
+    const auto& t = d.line->t;
+    const auto& value = d.to.empty() ? d.line->value : d.to;
+    const auto& from = d.to.empty() ? d.line->low : d.from;
+    const size_t n = std::min(t.size(), value.size());
+    const size_t every = std::max<size_t>(1, n / most_points);
+    std::string points, back;
     const auto flush = [&] {
-      if (!points.empty()) svg_.polyline(points, c, 1.8, dash);
+      if (area && !points.empty())  // the outline shows a band without width
+        svg_->raw(fmt::format(
+            R"(<polygon points="{}{}" fill="{}" fill-opacity="{}" stroke="{}" stroke-width="{}"/>)",
+            points, back, d.colour, d.to.empty() ? 0.45 : 0.8, d.to.empty() ? d.colour : "#ffffff",
+            look_.rule));
+      else if (!points.empty())
+        svg_->polyline(points, d.colour, d.width, d.dash.c_str());
       points.clear();
+      back.clear();
     };
-    for (size_t k = 0; k < std::min(l.t.size(), l.value.size()); k += every) {
-      const double s = scaled(p, l.value[k]);
-      if (!std::isfinite(s) || s < low_)
+    for (size_t k = 0; k < n; k += every) {
+      const double s = scaled(value[k]);
+      if (!std::isfinite(s) || !std::isfinite(t[k]) || s < low_ - 1e-9 ||
+          (log_time_ && t[k] <= 0)) {
         flush();
-      else
-        fmt::format_to(std::back_inserter(points), "{:.1f},{:.1f} ", x(l.t[k]), y(s));
+        continue;
+      }
+      fmt::format_to(std::back_inserter(points), "{:.1f},{:.1f} ", x(t[k]), y(s));
+      if (area)
+        back = fmt::format("{:.1f},{:.1f} ", x(t[k]), y(std::max(low_, scaled(from[k])))) + back;
     }
     flush();
-    const double at = top_ + 14 + legend_row * double(i);
-    svg_.rule(legend_x, at - 4, legend_x + 24, at - 4, c, 3, dash);
-    svg_.text(legend_x + 32, at, "start", 12, ink, fit_text(l.name, 12, width - legend_x - 36));
   }
-  void time_axis(double bottom) {
-    const double step = round_step(std::max(last_, 1e-300), 7);
-    for (int i = 0; last_ > 0 && i * step <= last_ * 1.0001; ++i) {
-      svg_.rule(x(i * step), bottom, x(i * step), bottom + 5, soft, 1);
-      svg_.text(x(i * step), bottom + 21, "middle", 12.5, soft, fmt::format("{:.6g}", i * step));
+
+  void swatch(const Drawn& d, double at, double base, bool stacked) {
+    const double middle = base - 0.33 * look_.legend;
+    if (stacked || d.line->stroke == Stroke::band)
+      svg_->rule(at, middle, at + look_.swatch, middle, d.colour, 0.6 * look_.legend,
+                 stacked ? R"( stroke-opacity="0.8")" : R"( stroke-opacity="0.45")");
+    else
+      svg_->rule(at, middle, at + look_.swatch, middle, d.colour, 1.3 * d.width, d.dash.c_str());
+  }
+  void legend_beside(const std::vector<Drawn>& drawn, bool stacked) {
+    const double at = look_.right + 20;
+    for (size_t i = 0; i < drawn.size(); ++i) {
+      // of a stack the upper one comes first
+      const Drawn& d = drawn[stacked ? drawn.size() - 1 - i : i];
+      const double base = top_ + 14 + look_.row * double(i);
+      swatch(d, at, base, stacked);
+      svg_->text(at + 32, base, "start", look_.legend, ink,
+                 fit_text(d.name, look_.legend, look_.width - at - 36));
     }
-    svg_.rule(left, bottom, right, bottom, soft, 1);
-    svg_.text(0.5 * (left + right), bottom + 45, "middle", 13, ink, "time [s]");
+  }
+  void legend_above(const std::vector<Drawn>& drawn, bool stacked) {
+    const auto rows = rows_above(drawn);
+    double base = top_ - look_.row * double(rows.size()) + 4;
+    for (const auto& row : rows) {
+      double at = look_.left;
+      for (const size_t i : row) {
+        swatch(drawn[i], at, base, stacked);
+        svg_->text(at + look_.swatch + 3, base, "start", look_.legend, ink,
+                   fit_text(drawn[i].name, 0.9 * look_.legend, look_.right - at - look_.swatch));
+        at += entry_width(drawn[i]);
+      }
+      base += look_.row;
+    }
+  }
+
+  void time_axis() {
+    const TimeAxis axis =
+        log_time_ ? everyday_times(first_, last_) : even_times(last_, look_.beside ? 7 : 5);
+    double free = -1e9;
+    for (const TimeTick& k : axis.ticks) {
+      const double at = x(k.t), half = 0.45 * text_width(k.text, look_.ticks);
+      svg_->rule(at, bottom_, at, bottom_ + 0.4 * look_.ticks, soft, look_.rule);
+      if (at - half < free) continue;
+      svg_->text(at, bottom_ + 1.55 * look_.ticks, "middle", look_.ticks, soft, k.text);
+      free = at + half + 0.5 * look_.ticks;
+    }
+    svg_->rule(look_.left, bottom_, look_.right, bottom_, soft, look_.rule);
+    svg_->text(0.5 * (look_.left + look_.right), bottom_ + (look_.beside ? 45 : 23), "middle",
+               look_.names, ink, axis.unit.empty() ? "time" : "time [" + axis.unit + "]");
   }
 
   const std::vector<TracePanel>& panels_;
-  Svg svg_;
-  double last_ = 0, top_ = 0, low_ = 0, high_ = 1;
+  const Look& look_;
+  bool log_time_, log_ = false;
+  std::vector<std::vector<Drawn>> drawn_;
+  std::vector<std::pair<double, double>> places_;
+  Svg* svg_ = nullptr;
+  double first_ = 0, last_ = 0, height_ = 0, top_ = 0, bottom_ = 0, low_ = 0, high_ = 1;
 };
 
 }  // namespace
 
 std::string trace_plot(const std::vector<TracePanel>& panels, const std::string& title,
                        const std::string& subtitle) {
-  return TracePlot(panels).draw(title, subtitle);
+  return TracePlot(panels, screen).draw(title, subtitle);
+}
+
+std::string figure(const std::vector<TracePanel>& panels) {
+  return TracePlot(panels, print).draw("", "");
 }
 
 TraceLine column(const std::string& name, const std::vector<double>& t,

@@ -4,10 +4,18 @@
 
 namespace porthos::scene {
 
+/// Lines of a panel that are told apart: as many as there are colours.
+inline constexpr std::size_t most_lines = 8;
+
+/// How a line is drawn: a line by a colour of its own, the others as what they are.
+enum class Stroke { line, band, guide, limit };
+
 /// A line of a panel, over times of its own.
 struct TraceLine {
   std::string name;
   std::vector<double> t = {}, value = {};  ///< not finite: left out
+  Stroke stroke = Stroke::line;
+  std::vector<double> low = {};  ///< of a band: its lower edge
 };
 
 /// A panel with an axis of its own.
@@ -15,11 +23,18 @@ struct TracePanel {
   std::string what;  ///< "angle [rad]"
   std::vector<TraceLine> lines;
   bool logarithmic = false;  ///< by powers of ten; values <= 0 are left out
+  bool log_time = false;     ///< the panels of a picture share the first one's axis of time
+  bool stacked = false;      ///< areas upon each other, each from 0, or its least value below that
 };
 
-/// Panels below each other over one time axis in seconds, as a complete SVG document.
+/// Panels below each other over one time axis, as a complete SVG document for a screen. Of many
+/// lines those that are 0 all the time are counted ("7 others: 0").
 std::string trace_plot(const std::vector<TracePanel>& panels, const std::string& title,
                        const std::string& subtitle);
+
+/// The same for print, without a title: one column of 85 mm, 60 mm a panel, texts of 8 pt, lines
+/// that differ by their dashes.
+std::string figure(const std::vector<TracePanel>& panels);
 
 /// A line from one entry of every vector of `rows`.
 TraceLine column(const std::string& name, const std::vector<double>& t,

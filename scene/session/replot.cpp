@@ -6,15 +6,12 @@
 #include <nlohmann/json.hpp>
 
 #include "phs/error.h"
+#include "phs/nearest.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
-#include "scene/files/text_table.h"
 #include "scene/plot/ledger_plot.h"
-#include "scene/plot/motion.h"
 #include "scene/plot/plot.h"
-#include "scene/read/scene_texts.h"
 #include "scene/run/columns.h"
-#include "scene/session/event_times-inl.h"
 #include "scene/session/results.h"
 
 namespace porthos::scene {
@@ -52,18 +49,6 @@ RunReport report_of(const Json& s) {
   return r;
 }
 
-/// A series with one number per record.
-std::vector<double> column(const Hdf5Reader& file, const std::string& name) {
-  std::vector<double> v(size_t(file.dataset(name).size()));
-  const auto records = size_t(file.dataset("time").size());
-  if (v.size() != records)
-    throw InvalidArgument(
-        fmt::format("run.h5 is damaged: {} has {} numbers, expected {}, one a record", name,
-                    v.size(), records));
-  file.read(name, v.data());
-  return v;
-}
-
 /// The series of a group, first those named in the summary, in its order.
 std::vector<LedgerLine> lines(const Hdf5Reader& file, const std::string& group, const Json& order,
                               std::int64_t every) {
@@ -87,48 +72,18 @@ std::vector<LedgerLine> lines(const Hdf5Reader& file, const std::string& group, 
   return all;
 }
 
-std::string energy_picture(const RunReport& r, const std::vector<double>& t,
-                           const std::vector<double>& error) {
+TracePanel residual_of(const Hdf5Reader& file, const RunReport& r) {
+  const auto t = column(file, "time"), error = column(file, "energy_error");
   // The distance of the records: a phase does not begin at 0.
   Envelope envelope(t.size() > 1 ? t[1] - t[0] : 1, r.simulated_s);
   for (size_t i = 0; i < t.size(); ++i) envelope.add(t[i], error[i] / r.energy.scale_J);
   std::optional<double> limit;
   for (const auto& c : r.checks)
     if (c.name == "energy") limit = c.limit;
-  return energy_plot(envelope, {r.title, plot_subtitle(r), limit});
+  return residual_panel(envelope, limit);
 }
 
-/// The motion in run.h5; empty where a series is missing.
-std::string motion_picture(const Hdf5Reader& file, const mechanics::Mechanism& m,
-                           const std::vector<Spring>& springs, const RunReport& r) {
-  const auto shown = evenly(file.dataset("time").size(), most_of_motion);
-  const auto series = [&](const std::string& name) {
-    std::vector<double> some;
-    if (!file.datasets().count(name)) return some;
-    const auto& d = file.dataset(name);
-    const size_t columns = d.shape.size() > 1 ? size_t(d.shape[1]) : 1;
-    std::vector<double> all(size_t(d.size()));
-    file.read(name, all.data());
-    for (const auto row : shown)
-      some.insert(some.end(), all.begin() + long(size_t(row) * columns),
-                  all.begin() + long((size_t(row) + 1) * columns));
-    return some;
-  };
-  std::vector<std::string> turns;
-  if (file.datasets().count("turns")) turns = lines_of(file.texts("turns")["columns"]);
-  MotionRecords records{series("time"), turns, series};
-  for (const auto& [name, d] : file.datasets())
-    if (name.starts_with("output/"))
-      records.outputs.emplace_back(name.substr(7), file.texts(name)["unit"]);
-  records.springs = springs;
-  return motion_plot(m, records, r.title, plot_subtitle(r));
-}
-
-std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
-                                    const mechanics::Mechanism* mechanism,
-                                    const std::vector<Spring>& springs) {
-  const RunReport r = report_of(summary);
-  const Hdf5Reader file(folder / "run.h5");
+LedgerSeries ledger_of(const Hdf5Reader& file, const Json& summary) {
   const auto t = column(file, "time"), error = column(file, "energy_error");
   const std::int64_t n = std::int64_t(t.size()), every = std::max<std::int64_t>(1, n / 750);
   LedgerSeries s;
@@ -141,16 +96,25 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
   s.stored = lines(file, "stored/", balance.at("storages"), every);
   s.supplied = lines(file, "supplied/", balance.at("ports"), every);
   s.dissipated = lines(file, "dissipated/", balance.at("losses"), every);
+  return s;
+}
+
+std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
+                                    const mechanics::Mechanism* mechanism,
+                                    const std::vector<Spring>& springs) {
+  const RunReport r = report_of(summary);
+  const Hdf5Reader file(folder / "run.h5");
   const fs::path svg = folder / "energy_error.svg", ledger = folder / "ledger.svg";
-  write_aside(svg, energy_picture(r, t, error));
-  write_aside(ledger, ledger_plot(s, r.title, plot_subtitle(r)));
+  write_aside(svg, trace_plot({residual_of(file, r)}, r.title, plot_subtitle(r)));
+  write_aside(ledger, ledger_plot(ledger_of(file, summary), r.title, plot_subtitle(r)));
   put_in_place(svg);
   put_in_place(ledger);
   std::vector<std::string> files{svg.string(), ledger.string()};
-  if (const auto text = mechanism ? motion_picture(file, *mechanism, springs, r) : "";
-      !text.empty()) {
+  if (const auto panels = mechanism ? panels_of(file, *mechanism, springs, most_of_motion)
+                                    : std::vector<TracePanel>();
+      !panels.empty()) {
     const fs::path motion = folder / "motion.svg";
-    write_aside(motion, text);
+    write_aside(motion, trace_plot(panels, r.title, plot_subtitle(r)));
     put_in_place(motion);
     files.push_back(motion.string());
   }
@@ -158,34 +122,6 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
 }
 
 }  // namespace
-
-Moved moved_in(const fs::path& folder) {
-  const Json summary = summary_of(folder);
-  const bool one = fs::exists(folder / "run.h5");
-  const Hdf5Reader first(one ? folder / "run.h5" : folder / "phase_1" / "run.h5");
-  if (!first.datasets().count("provenance/scene")) return {};  // of a system of the user's own
-  const auto text = [&](const char* name) {
-    return first.datasets().count(name) ? first.text(name) : std::string();
-  };
-  const Scene scene = read_scene_again(
-      (folder / "scene.toml").string(),
-      {text("provenance/scene"), text("provenance/model"), input_files(text("provenance/files"))});
-  const Assembly assembly = assemble(scene);
-  if (!assembly.mechanism) return {};
-  Moved all{{assembly.mechanism}, springs_of(scene)};
-  if (one) return all;
-  const auto happened = event_times(summary);
-  mechanics::MovingMechanism moving(assembly.parts);
-  pass_events(moving, scene, assembly.initial, 0, happened);
-  all.mechanisms = {{moving.model, &moving.model->mechanism()}};
-  for (int k = 1; fs::is_directory(folder / fmt::format("phase_{}", k + 1)); ++k) {
-    const fs::path phase = folder / fmt::format("phase_{}", k);
-    const auto t = column(Hdf5Reader(phase / "run.h5"), "time");
-    pass_events(moving, scene, phase, t.empty() ? 0 : t.back(), happened);
-    all.mechanisms.emplace_back(moving.model, &moving.model->mechanism());
-  }
-  return all;
-}
 
 namespace {
 
@@ -205,22 +141,82 @@ std::vector<std::string> replot(const fs::path& folder) {
   const Json summary = summary_of(folder);
   try {
     const Moved moved = moved_if_known(folder);
-    const auto one = [&](const fs::path& part, const Json& of, size_t k) {
-      return replot_one(part, of, k < moved.mechanisms.size() ? moved.mechanisms[k].get() : nullptr,
-                        moved.springs);
-    };
-    if (fs::exists(folder / "run.h5")) return one(folder, summary, 0);
+    const auto parts = parts_of(folder);
     std::vector<std::string> files;
-    for (int k = 1; fs::is_directory(folder / fmt::format("phase_{}", k)); ++k) {
-      const fs::path phase = folder / fmt::format("phase_{}", k);
-      for (auto& f : one(phase, summary_of(phase), size_t(k) - 1)) files.push_back(std::move(f));
-    }
-    if (!files.empty()) return files;
+    for (size_t k = 0; k < parts.size(); ++k)
+      for (auto& f : replot_one(parts[k], parts[k] == folder ? summary : summary_of(parts[k]),
+                                k < moved.mechanisms.size() ? moved.mechanisms[k].get() : nullptr,
+                                moved.springs))
+        files.push_back(std::move(f));
+    return files;
   } catch (const Json::exception& e) {
     throw InvalidArgument(fmt::format("{}/summary.json is damaged: {}", folder.string(), e.what()));
   }
+}
+
+namespace {
+
+/// "joints" of "joints [rad]"
+std::string without_unit(const std::string& what) { return what.substr(0, what.find(" [")); }
+
+/// Those of energies, works and residual in a run.h5.
+TracePanel balance_panel(const fs::path& part, const std::string& what) {
+  const Json summary = summary_of(part);
+  const Hdf5Reader file(part / "run.h5");
+  if (what == "residual") return residual_of(file, report_of(summary));
+  for (TracePanel& p : ledger_panels(ledger_of(file, summary)))
+    if (without_unit(p.what) == what) return std::move(p);
   throw InvalidArgument(
-      fmt::format("{} has no run.h5, expected the time series of a run", folder.string()));
+      fmt::format("{} has no panel '{}': nothing is supplied or lost", part.string(), what));
+}
+
+/// What a name means of the motion: panels, or a line alone. @throws InvalidArgument if nothing
+std::vector<TracePanel> named(const Motion& motion, const std::string& what) {
+  if (what == "motion") return motion.panels;
+  std::string list = "motion, energies, works, residual";
+  std::vector<std::string> known{"motion", "energies", "works", "residual"};
+  for (const bool exact : {true, false})
+    for (const TracePanel& p : motion.panels)
+      if ((exact ? p.what : without_unit(p.what)) == (exact ? what : without_unit(what)))
+        return {p};
+  for (const TracePanel& p : motion.panels) {
+    known.push_back(without_unit(p.what));
+    add_to_list(list, known.back());
+    for (const TraceLine& l : p.lines) {
+      if (l.name == what) return {{l.name + p.what.substr(without_unit(p.what).size()), {l}}};
+      known.push_back(l.name);
+    }
+  }
+  throw InvalidArgument(fmt::format("what is '{}', the nearest is '{}', expected {} or a line",
+                                    what, nearest(what, Names(known.begin(), known.end())), list));
+}
+
+/// Panels of many lines as several below each other, as readable as the screen's.
+std::vector<TracePanel> split(const std::vector<TracePanel>& panels) {
+  std::vector<TracePanel> all;
+  for (const TracePanel& p : panels)
+    for (size_t from = 0; from < p.lines.size(); from += most_lines)
+      all.push_back({p.what,
+                     {p.lines.begin() + long(from),
+                      p.lines.begin() + long(std::min(from + most_lines, p.lines.size()))}});
+  return all;
+}
+
+}  // namespace
+
+std::vector<std::string> figures(const fs::path& folder, const std::string& what) {
+  try {
+    const std::string title = without_unit(what);
+    if (title != "energies" && title != "works" && title != "residual")
+      return {figure(split(named(motion_in(folder, most_of_motion), what)))};
+    require_finished(folder);
+    std::vector<std::string> all;
+    for (const fs::path& part : parts_of(folder))
+      all.push_back(figure({balance_panel(part, title)}));
+    return all;
+  } catch (const Json::exception& e) {
+    throw InvalidArgument(fmt::format("{}/summary.json is damaged: {}", folder.string(), e.what()));
+  }
 }
 
 }  // namespace porthos::scene

@@ -2,6 +2,7 @@
 // results, and what is refused.
 #include "scene/ensemble/case_scene.h"
 
+#include "scene/ensemble/ensemble_plot.h"
 #include "scene/session/memory_run.h"
 #include "tests/ensemble/rows.h"
 #include "tests/run/scenes.h"
@@ -64,6 +65,27 @@ class CaseScene : public testing::Test {
   }
   TemporaryFolder folder_;
 };
+
+TEST_F(CaseScene, ThePictureOfTheEnsembleIsDrawnAgainByteForByte) {
+  run(put(head + vary));
+  const fs::path svg = results() / "ensemble.svg", json = results() / "ensemble.json";
+  const std::string drawn = read_bytes(svg);
+  fs::remove(svg);
+  EXPECT_EQ(scene::replot_ensemble(results()), svg.string());
+  EXPECT_EQ(read_bytes(svg), drawn);
+  EXPECT_TRUE(says(drawn, "9 cases"));
+  EXPECT_TRUE(says(drawn, "limit 10⁻⁶"));
+  EXPECT_TRUE(says(refusal([&] { scene::replot_ensemble(folder_ / "none"); }),
+                   "has no ensemble.json, expected the results of a finished ensemble"));
+  const std::string whole = read_bytes(json);
+  write_bytes(json, whole.substr(0, whole.size() / 2));
+  EXPECT_TRUE(
+      says(refusal([&] { scene::replot_ensemble(results()); }), "ensemble.json is damaged"));
+  std::string more = whole;  // cases that ensemble.h5 does not hold
+  write_bytes(json, more.replace(more.find("\"cases\": 9"), 10, "\"cases\": 8"));
+  EXPECT_TRUE(
+      says(refusal([&] { scene::replot_ensemble(results()); }), "has 9 numbers, expected 8"));
+}
 
 TEST_F(CaseScene, HasTheBitsOfItsCase) {
   const std::string text = head + law + vary +

@@ -1,5 +1,6 @@
 """Pictures by matplotlib."""
 import os
+import re
 import subprocess
 import sys
 import time
@@ -21,9 +22,10 @@ def run(source, tmp_path_factory):
 def test_four_panels(run, tmp_path):
     figure = ph.plot(run, tmp_path / "a.svg")
     titles = [a.get_title(loc="left") for a in figure.axes]
-    assert len(titles) == 4 and "stored" in titles[0] and "works" in titles[1] and "residual" in titles[2] and "momentum" in titles[3]
+    assert titles[:3] == ["energies", "works", "residual"] and "momenta" in titles[3]
     names = [t.get_text() for t in figure.axes[1].get_legend().get_texts()]
-    assert names == list(run.group("supplied")) + list(run.group("dissipated"))
+    assert names == [f"{n} (in)" for n in run.group("supplied")] + [f"{n} (lost)" for n in run.group("dissipated")]
+    assert "1" not in [a.get_ylabel() for a in figure.axes] and figure.axes[2].get_ylabel() == "relative"
     assert (tmp_path / "a.svg").stat().st_size > 20000
     refused(lambda: ph.plot(run, tmp_path / "a.gif"), "a.gif", ".png, .svg or .pdf")
 
@@ -45,7 +47,7 @@ def test_the_motion(run, source, tmp_path):
     q, v = m["path of base [m]"]["x"], m["velocity of base [m/s]"]["x"]
     off = np.abs((q[2:] - q[:-2]) / (t[2:] - t[:-2]) - v[1:-1]).max()
     assert off < 0.05 * np.abs(v).max(), off  # measured 0.010
-    refused(lambda: ph.plot(run, what="motions"), "what is 'motions', expected motion, energies", "rotation of base")
+    refused(lambda: ph.plot(run, what="motions"), "what is 'motions', the nearest is 'motion', expected motion, energies", "rotation of base", most=280)
     refused(lambda: ph.plot(run, what=["joints"]), "what is ['joints'], expected the name of a panel")
     for key in list(run.motion())[:-1]:  # the keys of motion(), and each line by itself
         assert len(ph.plot(run, what=key).axes) == 1
@@ -89,7 +91,8 @@ def test_the_command(run, tmp_path):
 
 
 def test_every_peak_of_a_million_records_stays():
-    from porthos.plotting import envelope, thinned
+    from porthos._core import residual_panel
+    from porthos.plotting import thinned
 
     n = 1_000_000
     t = np.arange(n) * 0.1
@@ -97,10 +100,59 @@ def test_every_peak_of_a_million_records_stays():
     peaks = [5, 1234, 77777, 999_998]
     y[peaks] = -1e-12
     start = time.perf_counter()
-    at, low, high = envelope(t, y)
+    band, rms, guide, limit = residual_panel(t, y, 1e-10)
     spent = time.perf_counter() - start
-    assert len(at) <= 1200 and (high == 1e-12).sum() == len(peaks) and low.min() == 1e-16 and spent < 1
+    high, low = band[3], band[4]
+    assert len(band[2]) <= 1500 and (high == 1e-12).sum() == len(peaks) and low.min() == 1e-16 and spent < 2, spent
+    assert [part[:2] for part in (rms, guide, limit)] == [("rms so far", "line"), ("∝ √t (random walk)", "guide"), ("limit 10⁻¹⁰", "limit")]
+    assert abs(rms[3][-1] / np.sqrt((y**2).mean()) - 1) < 1e-9 and guide[3][-1] == rms[3][-1]
     assert len(thinned(t)) <= 3000 and thinned(t)[-1] == n - 1
+
+
+def test_nothing_covers_the_data(run, source, tmp_path):
+    for figure in (ph.plot(run), ph.plot(run, what="motion")):
+        figure.canvas.draw()
+        for ax in figure.axes:
+            legend = ax.get_legend().get_window_extent()
+            assert not legend.overlaps(ax.get_window_extent()) or legend.y0 >= ax.get_window_extent().y1 - 1, ax.get_title(loc="left")
+    # without sources and losses there is no panel for them
+    free = ph.Scene(source / "examples/ets_vii/scene.toml", duration=5).run(tmp_path / "free", progress=False)
+    assert [a.get_title(loc="left") for a in ph.plot(free).axes][:2] == ["energies", "residual"]
+    refused(lambda: ph.plot(free, what="works"), "no panel 'works'", "nothing is supplied or lost")
+
+
+def test_lines_that_are_zero_are_counted(run, monkeypatch):
+    t = np.linspace(0, 1, 5)
+    for idle, names in ((7, ["moves", "7 others: 0"]), (2, ["moves", "still_0", "still_1"])):
+        lines = {"moves": t, **{f"still_{k}": 0 * t for k in range(idle)}}
+        monkeypatch.setattr(type(run), "motion", lambda self: {"joints [rad]": lines, "time [s]": {"t": t}})
+        assert [k.get_text() for k in ph.plot(run, what="joints").axes[0].get_legend().get_texts()] == names
+
+
+def test_the_command_draws_the_same_panels(run, tmp_path):
+    """`porthos plot --what` knows the names of porthos.plot(what=...), and shows the same lines."""
+    motion = run.motion()
+    motion.pop("time [s]")
+    program = os.environ["PORTHOS_CLI"]
+    for what, names in [("energies", list(run.group("stored"))), *((k, list(v)) for k, v in motion.items())]:
+        svg = tmp_path / "panel.svg"
+        done = subprocess.run([program, "plot", run.folder, "--what", what, "--out", svg], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        texts = re.findall("<text[^>]*>([^<]*)</text>", svg.read_text(encoding="utf-8"))
+        assert all(n in texts for n in names), (what, names, texts)
+        assert [t.get_text() for t in ph.plot(run, what=what).axes[0].get_legend().get_texts()] == names
+        svg.unlink()
+    done = subprocess.run([program, "plot", run.folder, "--what", "rates of joinst"], capture_output=True, text=True)
+    assert done.returncode == 2 and "the nearest is 'rates of joints'" in done.stderr
+    refused(lambda: ph.plot(run, what="rates of joinst"), "the nearest is 'rates of joints'", most=280)
+
+
+def test_one_palette(source):
+    """The lines of matplotlib, of the SVG files and of the page have the same colours."""
+    from porthos.plotting import LINES
+
+    css = (source / "report/web/src/style.css").read_text().split("}")[0]
+    assert re.findall(r"--c\d: (#\w+);", css) == LINES == ph._core.line_colours()
 
 
 def test_outputs_have_a_panel_for_each_unit(run, monkeypatch):

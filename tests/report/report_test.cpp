@@ -203,6 +203,52 @@ TEST_F(Report, BoxesHaveTheInertiaTheyStandFor) {
   EXPECT_NEAR(side[2], 3, 1e-12);
 }
 
+/// A box of placeholder moments is bounded by what the body can be; controls: usual bodies are not.
+TEST_F(Report, BoxesAreNoLargerThanTheirBodiesCanBe) {
+  struct Case {
+    const char* name;
+    double mass, com, sides[3], drawn;  ///< drawn: the longest side
+  };
+  const Case cases[] = {{"hand", 0.169, 0.03, {0.22, 0.21, 0.19}, 0.0743},
+                        {"sole", 0.01, 0, {0.24, 0.24, 0.24}, 0.027},
+                        {"identified", 5, 0.05, {1.3, 0.12, 0.08}, 0.464},
+                        {"thigh", 6.8, 0.22, {0.43, 0.18, 0.1}, 0.43},
+                        {"wheel", 8, 0, {0.27, 0.27, 0.12}, 0.27},
+                        {"panel", 1, 0.05, {2, 0.1, 0.001}, 2},
+                        {"boom", 1, 1, {2, 0.1, 0.1}, 2}};
+  std::vector<mechanics::BodySpec> bodies(1);
+  const auto mass_of = [](double m, double com, const double(&s)[3]) {
+    mechanics::MassProperties all;
+    all.mass = m;
+    all.com = {com, 0, 0};
+    all.inertia.xx = m / 12 * (s[1] * s[1] + s[2] * s[2]);
+    all.inertia.yy = m / 12 * (s[0] * s[0] + s[2] * s[2]);
+    all.inertia.zz = m / 12 * (s[0] * s[0] + s[1] * s[1]);
+    return all;
+  };
+  bodies[0].name = "station";
+  bodies[0].parent = "world";
+  bodies[0].mass = mass_of(4e5, 0, {52, 47, 20});  // 8 kg/m³ are usual of one
+  for (const Case& c : cases) {
+    bodies.emplace_back();
+    bodies.back().name = c.name;
+    bodies.back().parent = "station";
+    bodies.back().mass = mass_of(c.mass, c.com, c.sides);
+  }
+  MeshShelf meshes({});
+  const Json drawn = shapes_of(bodies, "", {}, meshes);
+  const auto longest = [&](size_t k) {
+    const auto side = drawn[k]["box"]["size"].get<std::vector<double>>();
+    return *std::ranges::max_element(side);
+  };
+  EXPECT_NEAR(longest(0), 52, 1e-9);
+  for (size_t k = 0; k < std::size(cases); ++k) {
+    std::printf("  %-10s of %.3g m is drawn %.3g m long (%.3g)\n", cases[k].name, cases[k].sides[0],
+                longest(k + 1), cases[k].drawn);
+    EXPECT_NEAR(longest(k + 1), cases[k].drawn, 0.01 * cases[k].drawn + 1e-9);
+  }
+}
+
 TEST_F(Report, TextOfTheRunCannotLeaveItsScript) {
   const fs::path page = folder_ / "page.html", made = folder_ / "report.html";
   std::ofstream(page) << "<script>@PORTHOS_DATA@</script>";

@@ -1,11 +1,18 @@
 #include "scene/plot/plot.h"
+#include "scene/plot/ledger_plot.h"
+#include "scene/plot/svg.h"
 #include "scene/plot/trace_plot.h"
 
 #include <gtest/gtest.h>
 #include <tinyxml2.h>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <random>
+#include <regex>
+
+#include "tests/places.h"
 
 namespace porthos::test::plot_test {
 namespace {
@@ -74,6 +81,92 @@ TEST(Plot, TracesOfAlmostEqualValuesHaveTicks) {
       expect_valid(svg);
       EXPECT_LT(svg.size(), 10000u) << low << ' ' << high;
     }
+}
+
+TEST(Plot, NumbersAreWrittenAsAReaderWritesThem) {
+  EXPECT_EQ(number_text(1500), "1500");
+  EXPECT_EQ(number_text(-0.5), "−0.5");
+  EXPECT_EQ(number_text(2.5e10), "2.5·10¹⁰");
+  EXPECT_EQ(number_text(-1e-12), "−10⁻¹²");
+  EXPECT_EQ(number_text(123456.789), "123456.789");
+  EXPECT_EQ(number_text(2e-4, true), "2·10⁻⁴");
+  EXPECT_EQ(number_text(0, true), "0");
+}
+
+/// The texts of a picture.
+std::vector<std::string> texts(const std::string& svg) {
+  static const std::regex text("<text[^>]*>([^<]*)</text>");
+  std::vector<std::string> all;
+  for (std::sregex_iterator i(svg.begin(), svg.end(), text), end; i != end; ++i)
+    all.push_back((*i)[1]);
+  return all;
+}
+
+TEST(Plot, NoAxisHasAnEOrAHyphenForAMinus) {
+  size_t numbers = 0;
+  for (const double size : {1e-13, 3e-5, 0.4, 1500.0, 7.5e5, 4e8, 2e300}) {
+    const std::vector<TracePanel> panels{{"x [m]", {{"a", {0, 7e3}, {-size, size}}}}};
+    for (const auto& svg : {trace_plot(panels, "", ""), figure(panels)})
+      for (const auto& t : texts(svg)) {
+        numbers += t.find_first_of("0123456789") != std::string::npos;
+        EXPECT_FALSE(std::regex_search(t, std::regex("[0-9]e[+-]?[0-9]|-[0-9]"))) << t;
+      }
+  }
+  EXPECT_GT(numbers, 100u);  // control: there are such texts
+}
+
+LedgerSeries idle_ports(int idle) {
+  LedgerSeries s{{0, 1}, {{"kinetic", {1, 2}}}, {{"motor", {0, 1}}}, {}, {0, 1e-16}};
+  for (int k = 0; k < idle; ++k) s.supplied.push_back({"port_" + std::to_string(k), {0, 0}});
+  return s;
+}
+
+TEST(Plot, LinesThatAreZeroAreCountedInTheLegend) {
+  const auto many = texts(ledger_plot(idle_ports(7), "t", "s"));
+  EXPECT_EQ(std::ranges::count(many, "7 others: 0"), 1);
+  EXPECT_EQ(std::ranges::count(many, "port_3 (in)"), 0);
+  EXPECT_EQ(std::ranges::count(many, "motor (in)"), 1);
+  const auto few = texts(ledger_plot(idle_ports(2), "t", "s"));  // control: a few have their names
+  EXPECT_EQ(std::ranges::count(few, "port_1 (in)"), 1);
+  auto moved = idle_ports(7);  // control: one that is not 0 has its name
+  moved.supplied[4].value[1] = 1e-9;
+  const auto named = texts(ledger_plot(moved, "t", "s"));
+  EXPECT_EQ(std::ranges::count(named, "6 others: 0"), 1);
+  EXPECT_EQ(std::ranges::count(named, "port_3 (in)"), 1);
+}
+
+TEST(Plot, AFigureIsOfOneColumnAndItsLinesDifferByTheirDashes) {
+  TracePanel p{"joints [rad]", {}};
+  for (size_t k = 0; k < most_lines; ++k)
+    p.lines.push_back({"joint_" + std::to_string(k), {0, 1}, {0.1, double(k)}});
+  const auto svg = figure({p});
+  expect_valid(svg);
+  tinyxml2::XMLDocument document;
+  document.Parse(svg.c_str());
+  const auto* root = document.RootElement();
+  EXPECT_NEAR(std::stod(root->Attribute("width")) / 72 * 25.4, 85, 0.01);
+  EXPECT_NEAR(std::stod(root->Attribute("height")) / 72 * 25.4, 60, 0.01);
+  EXPECT_STREQ(std::strstr(root->Attribute("width"), "pt"), "pt");
+  std::vector<std::string> dashes;
+  for (auto* l = root->FirstChildElement("polyline"); l; l = l->NextSiblingElement("polyline")) {
+    const char* dash = l->Attribute("stroke-dasharray");
+    dashes.emplace_back(dash ? dash : "");
+  }
+  ASSERT_EQ(dashes.size(), most_lines);
+  std::ranges::sort(dashes);
+  EXPECT_EQ(std::ranges::adjacent_find(dashes), dashes.end());
+  EXPECT_EQ(svg.find("font-size=\"7"), std::string::npos);
+  EXPECT_NE(svg.find("font-size=\"8\""), std::string::npos);
+}
+
+/// The report has the colours of the SVG files.
+TEST(Plot, ThePageHasTheSameColours) {
+  std::ifstream file(PORTHOS_SOURCE_DIR "/report/web/src/style.css");
+  const std::string css{std::istreambuf_iterator<char>(file), {}};
+  for (size_t k = 0; k < colour::lines.size(); ++k)
+    EXPECT_NE(css.find("--c" + std::to_string(k) + ": " + colour::lines[k]), std::string::npos)
+        << k;
+  EXPECT_EQ(css.find("--c0: " + std::string(colour::lines[1])), std::string::npos);
 }
 
 }  // namespace

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "scene/files/hdf5_reader.h"
 #include "tests/run/scenes.h"
 
@@ -49,6 +52,52 @@ TEST(Replot, TheMotionIsThatOfTheRunInEveryPhase) {
   EXPECT_EQ(read_bytes(folder / "out/phase_2/motion.svg"), before[1]);
   EXPECT_NE(before[0].find("elbow"), std::string::npos);
   EXPECT_EQ(before[1].find("elbow"), std::string::npos) << "a locked joint does not move";
+
+  // Single panels: the motion over both phases, a picture for each of the rest.
+  EXPECT_EQ(scene::figures(folder / "out", "joints").size(), 1u);
+  EXPECT_EQ(scene::figures(folder / "out", "residual").size(), 2u);
+  const auto motion = scene::motion_in(folder / "out", 40);
+  const auto line = [](const scene::Motion& m, const std::string& what, const std::string& name) {
+    const auto p = std::ranges::find(m.panels, what, &scene::TracePanel::what);
+    return std::ranges::find(p->lines, name, &scene::TraceLine::name)->value;
+  };
+  ASSERT_EQ(motion.t.size(), 40u);
+  EXPECT_EQ(motion.t[19], motion.t[20]) << "the instant of the event";
+  const auto elbow = line(motion, "joints [rad]", "elbow");
+  EXPECT_TRUE(std::isfinite(elbow[19]) && std::isnan(elbow[20]) && std::isnan(elbow[39]));
+  const auto shoulder = line(motion, "joints [rad]", "shoulder");
+  EXPECT_NEAR(shoulder[19], shoulder[20], 1e-12);
+  EXPECT_TRUE(says(refusal([&] { scene::figures(folder / "out", "joins"); }),
+                   "what is 'joins', the nearest is 'joints', expected motion, energies, works, "
+                   "residual, joints, rates of joints or a line"));
+  EXPECT_NE(scene::figures(folder / "out", "shoulder")[0].find(">shoulder [rad]<"),
+            std::string::npos);
+  // A phase by itself is that part of the whole.
+  const auto second = scene::motion_in(folder / "out/phase_2", 20);
+  EXPECT_EQ(line(second, "joints [rad]", "shoulder"),
+            std::vector<double>(shoulder.begin() + 20, shoulder.end()));
+}
+
+TEST(Replot, APanelIsChosenByItsName) {
+  const TemporaryFolder folder;
+  const Case c = pendulum(folder, 0.3);
+  scene::run(c.scene, c.assembly, into(folder / "out"));
+  const auto figure = [&](const std::string& what) {
+    return scene::figures(folder / "out", what).at(0);
+  };
+  for (const char* what : {"energies", "works", "residual", "energies [J]"}) {
+    const auto svg = figure(what);
+    const std::string name = std::string(what).substr(0, std::string(what).find(" ["));
+    EXPECT_NE(svg.find(">" + name + " ["), std::string::npos) << what;
+  }
+  EXPECT_NE(figure("works").find("(lost)"), std::string::npos);
+  const auto refused = [&](const char* of, const std::string& what) {
+    return refusal([&] { scene::figures(folder / of, what); });
+  };
+  EXPECT_TRUE(says(refused("none", "works"), "is no folder"));
+  const Case free = pendulum(folder, 0.0);
+  scene::run(free.scene, free.assembly, into(folder / "free"));
+  EXPECT_TRUE(says(refused("free", "works"), "has no panel 'works': nothing is supplied or lost"));
 }
 
 TEST(Replot, FoldersWithoutAFinishedRunAreRefused) {

@@ -1760,16 +1760,28 @@ def compare_methods(scene: SceneData, assembly: Assembly, methods: list[str], bu
     """Speed against error: (compare.json, compare.txt), and the files in `out` unless it is empty."""
     ...
 
+def error_statistics(errors: list[float]) -> dict:
+    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 or so) and drift_is_significant (means over parts of the series, beyond five standard errors of a random walk)."""
+    ...
+
 def moved_in(folder: os.PathLike) -> tuple:
     """The mechanisms of a finished run, one per phase, and names and energies of its actuators, from the scene and the model in its results; empty for a system without a mechanism."""
     ...
 
-def motion_panels(mechanism: Mechanism, t: list[float], turns: list[str], rows: Callable[[str], list[float]], outputs: list[tuple[str, str]] = [], springs: list[tuple[str, Any]] = []) -> list:
-    """How a mechanism moved, as [(title with unit, {line: values})]. turns: the names behind the columns of "turns"; rows(name): the flat values of a series at the times t, empty where there is none. outputs: name and unit of the scene's outputs; springs: name and energy of its actuators."""
+def motion_in(folder: os.PathLike, most: int, mechanism: Optional[Mechanism] = None) -> tuple:
+    """How the mechanism of a finished run moved, over its phases: times, and the panels {title with unit: {line: values}}. mechanism: of a model made in code."""
     ...
 
-def error_statistics(errors: list[float]) -> dict:
-    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 or so) and drift_is_significant (means over parts of the series, beyond five standard errors of a random walk)."""
+def motion_panels(mechanism: Mechanism, t: list[float], turns: list[str], rows: Callable[[str], list[float]], outputs: list[tuple[str, str]] = []) -> dict:
+    """How a mechanism moved, as {title with unit: {line: values}}. turns: the names behind the columns of "turns"; rows(name): the flat values of a series at the times t, empty where there is none. outputs: name and unit of the scene's outputs."""
+    ...
+
+def residual_panel(t: list[float], error: list[float], limit: Optional[float] = None) -> list:
+    """What energy_error.svg shows of a series of relative errors, reduced to 1500 columns: (name, stroke, t, value, low), stroke one of line, band, guide, limit."""
+    ...
+
+def line_colours() -> list[str]:
+    """Of the lines of every picture, as #rrggbb: those of the SVG files and of the report."""
     ...
 
 def export_csv(folder: str, file: str, names: list[str] = []) -> None:

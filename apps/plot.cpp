@@ -1,0 +1,61 @@
+#include "apps/plot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "apps/output.h"
+#include "phs/error.h"
+#include "report/figure.h"
+#include "scene/ensemble/ensemble_plot.h"
+#include "scene/session/replot.h"
+
+namespace porthos::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// "figure_rates_of_joints.svg" in the folder of the results.
+fs::path usual_name(const Arguments& a) {
+  std::string name = a.what->substr(0, a.what->find(" ["));
+  std::ranges::replace_if(
+      name, [](char c) { return c == ' ' || c == '/'; }, '_');
+  return fs::path(a.scene) / ("figure_" + name + ".svg");
+}
+
+}  // namespace
+
+int plot_command(const Arguments& a) {
+  const fs::path folder = a.scene;
+  const bool ensemble =
+      fs::exists(folder / "ensemble.json") && !fs::exists(folder / "summary.json");
+  if (a.out && !a.what)
+    throw InvalidArgument("--out is the file of one panel, expected --what as well");
+  if (ensemble && a.what)
+    throw InvalidArgument(fmt::format(
+        "{} holds an ensemble, --what is a panel of a run: porthos run {} --case N makes one, and "
+        "in Python porthos.plot(folder, what=NAME) has a histogram of each number",
+        a.scene, a.scene));
+  if (ensemble) {
+    print(scene::replot_ensemble(folder) + "\n");
+    return exit_ok;
+  }
+  if (!a.what) {
+    for (const auto& file : scene::replot(folder)) print(file + "\n");
+    return exit_ok;
+  }
+  const fs::path out = a.out ? fs::path(*a.out) : usual_name(a);
+  const auto documents = scene::figures(folder, *a.what);
+  for (size_t k = 0; k < documents.size(); ++k) {
+    fs::path file = out;  // each phase has its own
+    if (documents.size() > 1)
+      file.replace_filename(
+          fmt::format("{}_{}{}", out.stem().string(), k + 1, out.extension().string()));
+    report::write_figure(documents[k], file);
+    print(file.string() + "\n");
+  }
+  return exit_ok;
+}
+
+}  // namespace porthos::apps

@@ -1,0 +1,44 @@
+#include "scene/plot/time_axis.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "scene/plot/svg.h"
+
+namespace porthos::scene {
+
+TimeAxis even_times(double last, int parts) {
+  TimeAxis axis;
+  const double second = last <= 7200 ? 1 : last <= 2 * 86400 ? 3600 : 86400;
+  axis.unit = second == 1 ? "s" : second == 3600 ? "h" : "d";
+  if (!(last > 0) || !std::isfinite(last)) return axis;
+  const double step = round_step(last / second, parts);
+  for (int i = 0; i * step <= last / second * 1.0001; ++i)
+    axis.ticks.push_back({i * step * second, number_text(i * step, in_powers(last / second))});
+  axis.ticks.front().text = "0";
+  return axis;
+}
+
+TimeAxis everyday_times(double first, double last) {
+  static const TimeTick all[] = {{1, "1 s"},      {10, "10 s"},     {60, "1 min"},
+                                 {600, "10 min"}, {3600, "1 h"},    {36000, "10 h"},
+                                 {86400, "1 d"},  {864000, "10 d"}, {8.64e6, "100 d"}};
+  TimeAxis axis;
+  for (int d = -12; d < 0; ++d) {
+    static const char* units[] = {"ps", "ns", "µs", "ms"};
+    axis.ticks.push_back({std::pow(10.0, d), fmt::format("{:g} {}", std::pow(10.0, (12 + d) % 3),
+                                                         units[(12 + d) / 3])});
+  }
+  axis.ticks.insert(axis.ticks.end(), std::begin(all), std::end(all));
+  constexpr double year = 365.25 * 86400;
+  for (double years = 1; years < 1e12; years *= 10)
+    axis.ticks.push_back({years * year, number_text(years) + " y"});
+  std::erase_if(axis.ticks,
+                [&](const TimeTick& k) { return k.t < first * 0.999 || k.t > last * 1.001; });
+  return axis;
+}
+
+}  // namespace porthos::scene

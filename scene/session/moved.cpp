@@ -1,0 +1,170 @@
+#include "scene/session/moved.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "phs/error.h"
+#include "scene/files/files.h"
+#include "scene/files/hdf5_reader.h"
+#include "scene/files/text_table.h"
+#include "scene/read/scene_texts.h"
+#include "scene/session/event_times-inl.h"
+#include "scene/session/results.h"
+
+namespace porthos::scene {
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The columns of a series at rows; empty: there is none.
+std::vector<double> rows_of(const Hdf5Reader& file, const std::string& name,
+                            const std::vector<std::int64_t>& shown) {
+  std::vector<double> some;
+  if (!file.datasets().count(name)) return some;
+  const auto& d = file.dataset(name);
+  const size_t columns = d.shape.size() > 1 ? size_t(d.shape[1]) : 1;
+  std::vector<double> all(size_t(d.size()));
+  file.read(name, all.data());
+  for (const auto row : shown)
+    if ((size_t(row) + 1) * columns <= all.size())
+      some.insert(some.end(), all.begin() + long(size_t(row) * columns),
+                  all.begin() + long((size_t(row) + 1) * columns));
+  return some;
+}
+
+}  // namespace
+
+std::vector<double> column(const Hdf5Reader& file, const std::string& name) {
+  std::vector<double> v(size_t(file.dataset(name).size()));
+  const auto records = size_t(file.dataset("time").size());
+  if (v.size() != records)
+    throw InvalidArgument(
+        fmt::format("run.h5 is damaged: {} has {} numbers, expected {}, one a record", name,
+                    v.size(), records));
+  file.read(name, v.data());
+  return v;
+}
+
+std::vector<TracePanel> panels_of(const Hdf5Reader& file, const mechanics::Mechanism& m,
+                                  const std::vector<Spring>& springs, std::int64_t most,
+                                  const Hdf5Reader* start) {
+  const auto shown = evenly(file.dataset("time").size(), most);
+  const auto series = [&](const std::string& name) {
+    auto own = rows_of(file, name, shown);
+    if (!start || own.empty()) return own;
+    auto first = rows_of(*start, name, {0});
+    if (first.size() * shown.size() != own.size()) first = rows_of(file, name, {0});
+    own.insert(own.begin(), first.begin(), first.end());
+    return own;
+  };
+  std::vector<std::string> turns;
+  if (file.datasets().count("turns")) turns = lines_of(file.texts("turns")["columns"]);
+  MotionRecords records{series("time"), turns, series};
+  for (const auto& [name, d] : file.datasets())
+    if (name.starts_with("output/"))
+      records.outputs.emplace_back(name.substr(7), file.texts(name)["unit"]);
+  records.springs = springs;
+  return motion_panels(m, records);
+}
+
+Moved moved_in(const fs::path& part) {
+  const fs::path folder = fs::weakly_canonical(part);
+  if (const auto phase = folder.filename().string();
+      phase.starts_with("phase_") && fs::exists(folder.parent_path() / "summary.json")) {
+    Moved all = moved_in(folder.parent_path());
+    const size_t k = std::strtoul(phase.c_str() + 6, nullptr, 10) - 1;
+    all.mechanisms = k < all.mechanisms.size() ? decltype(all.mechanisms){all.mechanisms[k]}
+                                               : decltype(all.mechanisms){};
+    return all;
+  }
+  require_finished(folder);
+  const bool one = fs::exists(folder / "run.h5");
+  const Hdf5Reader first(one ? folder / "run.h5" : folder / "phase_1" / "run.h5");
+  if (!first.datasets().count("provenance/scene")) return {};  // of a system of the user's own
+  const auto text = [&](const char* name) {
+    return first.datasets().count(name) ? first.text(name) : std::string();
+  };
+  const Scene scene = read_scene_again(
+      (folder / "scene.toml").string(),
+      {text("provenance/scene"), text("provenance/model"), input_files(text("provenance/files"))});
+  const Assembly assembly = assemble(scene);
+  if (!assembly.mechanism) return {};
+  Moved all{{assembly.mechanism}, springs_of(scene)};
+  if (one) return all;
+  const auto happened =
+      event_times(nlohmann::ordered_json::parse(read_file(folder / "summary.json")));
+  mechanics::MovingMechanism moving(assembly.parts);
+  pass_events(moving, scene, assembly.initial, 0, happened);
+  all.mechanisms = {{moving.model, &moving.model->mechanism()}};
+  for (int k = 1; fs::is_directory(folder / fmt::format("phase_{}", k + 1)); ++k) {
+    const fs::path phase = folder / fmt::format("phase_{}", k);
+    const auto t = column(Hdf5Reader(phase / "run.h5"), "time");
+    pass_events(moving, scene, phase, t.empty() ? 0 : t.back(), happened);
+    all.mechanisms.emplace_back(moving.model, &moving.model->mechanism());
+  }
+  return all;
+}
+
+std::vector<fs::path> parts_of(const fs::path& folder) {
+  if (fs::exists(folder / "run.h5")) return {folder};
+  std::vector<fs::path> phases;
+  for (int k = 1; fs::is_directory(folder / fmt::format("phase_{}", k)); ++k)
+    phases.push_back(folder / fmt::format("phase_{}", k));
+  if (phases.empty())
+    throw InvalidArgument(
+        fmt::format("{} has no run.h5, expected the time series of a run", folder.string()));
+  return phases;
+}
+
+namespace {
+
+/// The panels of a phase in `whole`, whose lines have `before` numbers of earlier phases and then
+/// `count` of this one. The first number of a line is that of the start.
+void append_phase(Motion& whole, const std::vector<TracePanel>& panels, size_t before,
+                  size_t count) {
+  for (const TracePanel& p : panels) {
+    auto to = std::ranges::find(whole.panels, p.what, &TracePanel::what);
+    if (to == whole.panels.end()) to = whole.panels.insert(to, {p.what, {}});
+    for (const TraceLine& l : p.lines) {
+      auto line = std::ranges::find(to->lines, l.name, &TraceLine::name);
+      if (line == to->lines.end()) line = to->lines.insert(line, {l.name});
+      line->value.resize(before, std::nan(""));
+      line->value.insert(line->value.end(), l.value.begin() + 1, l.value.end());
+    }
+  }
+  for (TracePanel& p : whole.panels)
+    for (TraceLine& l : p.lines) l.value.resize(before + count, std::nan(""));
+}
+
+}  // namespace
+
+Motion motion_in(const fs::path& folder, std::int64_t most,
+                 std::shared_ptr<const mechanics::Mechanism> mechanism) {
+  require_finished(folder);
+  const auto parts = parts_of(folder);
+  const Moved moved = mechanism ? Moved{{parts.size(), mechanism}} : moved_in(folder);
+  if (moved.mechanisms.size() < parts.size())
+    throw InvalidArgument(fmt::format(
+        "{} has no mechanism whose motion could be shown, expected the run of a scene with a "
+        "[model]",
+        folder.string()));
+  Motion whole;
+  const Hdf5Reader start(parts[0] / "run.h5");
+  for (size_t k = 0; k < parts.size(); ++k) {
+    const Hdf5Reader file(parts[k] / "run.h5");
+    const auto t = column(file, "time");
+    const auto each = std::max<std::int64_t>(most / std::int64_t(parts.size()), 2);
+    const auto panels = panels_of(file, *moved.mechanisms[k], moved.springs, each, &start);
+    const size_t before = whole.t.size();
+    for (const auto i : evenly(std::int64_t(t.size()), each)) whole.t.push_back(t[size_t(i)]);
+    append_phase(whole, panels, before, whole.t.size() - before);
+  }
+  for (TracePanel& p : whole.panels)
+    for (TraceLine& l : p.lines) l.t = whole.t;
+  return whole;
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,49 @@
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scene/plot/motion.h"
+
+namespace porthos::scene {
+
+class Hdf5Reader;
+
+/// What moved in a run.
+struct Moved {
+  std::vector<std::shared_ptr<const mechanics::Mechanism>> mechanisms = {};  ///< one per phase
+  std::vector<Spring> springs = {};                                          ///< of its actuators
+};
+/// That of a finished run or of one of its phases, from the scene and the model in its results;
+/// empty for a system without a mechanism.
+/// @throws InvalidArgument as replot(), and where the scene cannot be read again
+Moved moved_in(const std::filesystem::path& folder);
+
+/// How a mechanism moved, over all phases.
+struct Motion {
+  std::vector<double> t;  ///< [s], of every line; the instant of an event stands in it twice
+  /// As motion_panels(), one for each `what`; nan where a phase has no such line.
+  std::vector<TracePanel> panels;
+};
+/// That of a finished run or of one of its phases, at no more than `most` records. mechanism: in
+/// place of that of moved_in(), of a model made in code.
+/// @throws InvalidArgument as moved_in(), and for a system without a mechanism
+Motion motion_in(const std::filesystem::path& folder, std::int64_t most,
+                 std::shared_ptr<const mechanics::Mechanism> mechanism = nullptr);
+
+/// The panels of the motion in a run.h5, at most so many records. start: that of the first phase,
+/// from which rotations and paths count; then its first record is the first of every line.
+std::vector<TracePanel> panels_of(const Hdf5Reader& file, const mechanics::Mechanism& mechanism,
+                                  const std::vector<Spring>& springs, std::int64_t most,
+                                  const Hdf5Reader* start = nullptr);
+
+/// A series of a run.h5 with one number per record.
+/// @throws InvalidArgument if it has more or fewer
+std::vector<double> column(const Hdf5Reader& file, const std::string& name);
+
+/// The folders of a finished run that have a run.h5: its own, or those of its phases.
+/// @throws InvalidArgument if there is none
+std::vector<std::filesystem::path> parts_of(const std::filesystem::path& folder);
+
+}  // namespace porthos::scene
