@@ -67,8 +67,14 @@ def _lines(ax: "Axes", t: np.ndarray, lines: dict[str, np.ndarray]) -> None:
     _legend(ax)
 
 
+def _in_order(r: Result, group: str, rows: str) -> dict[str, np.ndarray]:
+    """The series of a group in the order of the summary, as in the SVG files."""
+    all = r.group(group)
+    return {n: all[n] for n in [*(k.replace("/", "_") for k in r.summary["balance"][rows]), *all] if n in all}
+
+
 def _energies(ax: "Axes", r: Result) -> None:
-    stored, at = r.group("stored"), thinned(r.time)
+    stored, at = _in_order(r, "stored", "storages"), thinned(r.time)
     t, base = r.time[at], np.zeros(len(at))
     _style(ax, "energies", "J")
     for k, (name, y) in enumerate(stored.items()):
@@ -80,7 +86,8 @@ def _energies(ax: "Axes", r: Result) -> None:
 
 
 def _works_of(r: Result) -> dict[str, np.ndarray]:
-    return {f"{n} (in)": y for n, y in r.group("supplied").items()} | {f"{n} (lost)": y for n, y in r.group("dissipated").items()}
+    supplied, lost = _in_order(r, "supplied", "ports"), _in_order(r, "dissipated", "losses")
+    return {f"{n} (in)": y for n, y in supplied.items()} | {f"{n} (lost)": y for n, y in lost.items()}
 
 
 def _works(ax: "Axes", r: Result) -> None:
@@ -99,7 +106,7 @@ def _logarithmic(ax: "Axes", curves: dict[str, tuple[np.ndarray, np.ndarray]], l
             if stroke == "band":
                 ax.fill_between(at, low, y, color=LINES[7] if one else LINES[k], alpha=0.45 if one else 0.2, linewidth=0.6, label=label if one else None)
             elif stroke == "line":
-                ax.plot(at, np.where(y > 0, y, np.nan), color=LINES[k], linestyle=DASHES[k], linewidth=1.3, label=label if one else name if np.any(error) else f"{name}: exactly 0")
+                ax.plot(at, y, color=LINES[k], linestyle=DASHES[k], linewidth=1.3, label=label if one else name if np.any(error) else f"{name}: exactly 0")
             elif one:
                 ax.plot(at, y, color=GUIDE if stroke == "guide" else ALARM, linestyle="--" if stroke == "guide" else ":", linewidth=1, label=label)
     if any(np.any(y) for _, y in curves.values()):
@@ -158,7 +165,7 @@ def _residual(ax: "Axes", r: Result) -> None:
 
 
 def _momenta(ax: "Axes", r: Result) -> None:
-    _style(ax, "errors of momenta (world axes) and of |ξ| - 1", "kg m/s, kg m²/s, relative")
+    _style(ax, "errors of momenta (world axes) and of |ξ| − 1", "kg m/s, kg m²/s, relative")
     size = lambda name: np.linalg.norm(r[name], axis=1)
     momenta = {w: (r.time, size(f"{w}_momentum_error")) for w in ("linear", "angular") if f"{w}_momentum_error" in r.names}
     _logarithmic(ax, {**momenta, "quaternion norm": (r.time, r["quaternion_norm_error"])})

@@ -67,7 +67,7 @@ TracePanel residual_panel(const Envelope& envelope, std::optional<double> limit)
       band.low.push_back(std::max(e.low, floor));
     }
     rms.t.push_back(e.t);
-    rms.value.push_back(std::max(e.rms, floor));
+    rms.value.push_back(e.rms > floor ? e.rms : std::nan(""));
   }
   if (!(highest > 0)) band.name = "exactly 0";
   p.lines = {band, rms};

@@ -43,14 +43,15 @@ std::string scientific(double x) {
   return m == 1 ? power_of_ten(e) : fmt::format("{:g}·{}", m, power_of_ten(e));
 }
 
-std::string number_text(double x, bool powers) {
-  std::string text = fmt::format("{:.9g}", std::fabs(x));
-  if (x != 0 && std::isfinite(x) && (powers || text.find('e') != std::string::npos)) {
-    std::string digits = fmt::format("{:.8e}", std::fabs(x));  // 1.50000000e+03
-    const auto e = digits.find('e');
-    const int exponent = std::stoi(digits.substr(e + 1));
-    digits = fmt::format("{:.9g}", std::stod(digits.substr(0, e)));
-    text = digits == "1" ? power_of_ten(exponent) : digits + "·" + power_of_ten(exponent);
+std::string number_text(double x, bool powers, int digits) {
+  if (x == 0 || !std::isfinite(x)) return x == 0 ? "0" : fmt::format("{}", x);
+  const std::string rounded = fmt::format("{:.{}e}", std::fabs(x), digits - 1);  // 1.500e+03
+  const auto e = rounded.find('e');
+  const int exponent = std::stoi(rounded.substr(e + 1));
+  std::string text = fmt::format("{:.9g}", std::stod(rounded));
+  if (powers || text.find('e') != std::string::npos) {
+    text = fmt::format("{:.9g}", std::stod(rounded.substr(0, e)));
+    text = text == "1" ? power_of_ten(exponent) : text + "·" + power_of_ten(exponent);
   }
   return (x < 0 ? "−" : "") + text;
 }

@@ -21,8 +21,8 @@ inline constexpr std::array lines{"#1d5c96", "#c8472f", "#2f8f5b", "#b8741a",
 std::string power_of_ten(int exponent);
 /// "3·10⁻¹²", "10⁻¹²". x > 0.
 std::string scientific(double x);
-/// "−0.5", "1500", "2.5·10⁷": nine digits, no E. powers: as a power of ten whatever the size.
-std::string number_text(double x, bool powers = false);
+/// "−0.5", "1500", "2.5·10⁷": no E. powers: as a power of ten whatever the size.
+std::string number_text(double x, bool powers = false, int digits = 9);
 /// Whether the numbers of an axis that reaches `largest` are powers of ten.
 inline bool in_powers(double largest) { return largest < 1e-3 || largest >= 1e6; }
 /// The step 1, 2 or 5 times a power of ten that divides a span into about `parts` parts.

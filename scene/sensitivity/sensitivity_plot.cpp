@@ -14,7 +14,7 @@ namespace {
 constexpr double width = 860, left = 250, right = 820, zero = (left + right) / 2, number_room = 76;
 constexpr double top = 104, row = 22, bar = 14, head = 34, between = 26;
 constexpr size_t most_panels = 6, most_bars = 8;
-constexpr const char *up = "#1b66c9", *down = "#c8472f";
+constexpr const char *up = colour::lines[0], *down = colour::lines[1];
 
 struct Bar {
   std::string name;
@@ -42,7 +42,7 @@ void draw_bars(Svg& svg, double y, const std::vector<Bar>& bars) {
         R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" rx="1.5" fill="{}"/>)",
         positive ? zero : zero - length, y - 1, length, bar, positive ? up : down));
     svg.text(positive ? zero + length + 6 : zero - length - 6, y + 10, positive ? "start" : "end",
-             11.5, colour::soft, fmt::format("{:.3g}", b.size));
+             11.5, colour::soft, number_text(b.size, false, 3));
     y += row;
   }
 }
@@ -72,8 +72,8 @@ std::string sensitivity_plot(const EndSensitivity& s) {
   for (size_t i = 0; i < panels; ++i) {
     const EndSlopes& q = s.of[i];
     svg.text(40, y, "start", 13, colour::ink,
-             fmt::format("{} [{}] after {:g} s: {:.5g}, growth {:.1f}", q.name, q.unit, s.duration,
-                         q.value, q.growth),
+             fmt::format("{} [{}] after {} s: {}, growth {:.1f}", q.name, q.unit,
+                         number_text(s.duration), number_text(q.value, false, 5), q.growth),
              R"( font-weight="600")");
     draw_bars(svg, y + head - 10, bars[i]);
     y += head + row * double(bars[i].size()) + between;

@@ -375,5 +375,48 @@ TEST_F(SmallCommands, RunWritesItsReportUnlessToldNotTo) {
   EXPECT_NE(bad.err.find("porthos: no report: cannot read no.html"), std::string::npos) << bad.err;
 }
 
+TEST_F(SmallCommands, PlotDrawsOnePanelForPrint) {
+  ASSERT_EQ(
+      porthos("run " + example("ets_vii/scene.toml") + " --duration 5 --no-report --out a").code,
+      0);
+  const Answer svg = porthos("plot a --what 'rates of joints'");
+  EXPECT_EQ(svg.code, 0) << svg.err;
+  EXPECT_EQ(svg.out, "a/figure_rates_of_joints.svg\n");
+  EXPECT_NE(text("a/figure_rates_of_joints.svg").find("joint_3"), std::string::npos);
+  const auto refused = [&](const std::string& arguments) {
+    const Answer a = porthos("plot " + arguments);
+    EXPECT_EQ(a.code, 2) << arguments;
+    return a.err;
+  };
+  EXPECT_NE(refused("a --what rates").find("what is 'rates', the nearest is"), std::string::npos);
+  EXPECT_EQ(refused("a --out x.svg"),
+            "porthos: --out is the file of one panel, expected --what as well\n");
+  EXPECT_EQ(refused("a --what works"),
+            "porthos: a has no panel 'works': nothing is supplied or lost\n");
+  EXPECT_EQ(refused("a --what energies --out x.gif"),
+            "porthos: x.gif: expected a name that ends with .svg, .pdf or .png\n");
+  const Answer none =
+      shell("PORTHOS_CHROMIUM= PATH=/nowhere '" PORTHOS_CLI "' plot a --what energies --out x.pdf");
+  EXPECT_EQ(none.code, 2);
+  EXPECT_EQ(none.err,
+            "porthos: x.pdf: no Chromium or Chrome was found in PATH, expected one, or its path in "
+            "PORTHOS_CHROMIUM; a name that ends with .svg needs none\n");
+  EXPECT_FALSE(fs::exists(folder_ / "x.pdf"));
+  if (shell("command -v chromium || command -v google-chrome").code != 0)
+    GTEST_SKIP() << "no Chromium";
+  for (const auto& [name, head] : {std::pair{"x.pdf", "%PDF"}, {"x.png", "\x89PNG"}}) {
+    const Answer a = porthos(std::string("plot a --what energies --out ") + name);
+    EXPECT_EQ(a.code, 0) << a.err;
+    EXPECT_EQ(text(name).substr(0, 4), head);
+    EXPECT_FALSE(fs::exists(folder_ / (std::string(name) + ".svg"))) << "nothing is left over";
+  }
+  const auto number = [&](size_t at) {  // of the head of a PNG
+    const std::string png = text("x.png");
+    return (unsigned(png.at(at) & 0xff) << 8) + unsigned(png.at(at + 1) & 0xff);
+  };
+  EXPECT_EQ(number(18), 1004u) << "85 mm of 300 pixels an inch";
+  EXPECT_EQ(number(22), 709u) << "60 mm";
+}
+
 }  // namespace
 }  // namespace porthos::test::small_commands_test

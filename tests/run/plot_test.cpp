@@ -91,6 +91,8 @@ TEST(Plot, NumbersAreWrittenAsAReaderWritesThem) {
   EXPECT_EQ(number_text(123456.789), "123456.789");
   EXPECT_EQ(number_text(2e-4, true), "2·10⁻⁴");
   EXPECT_EQ(number_text(0, true), "0");
+  EXPECT_EQ(number_text(-1234.56, false, 3), "−1230");
+  EXPECT_EQ(number_text(9.9996e-7, false, 3), "10⁻⁶");
 }
 
 /// The texts of a picture.
