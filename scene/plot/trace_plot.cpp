@@ -170,7 +170,7 @@ class TracePlot {
     return rows;
   }
   double entry_width(const Drawn& d) const {
-    return look_.swatch + 3 + 0.9 * text_width(d.name, look_.legend) + 5;
+    return look_.swatch + 3 + 0.85 * text_width(d.name, look_.legend) + 4;
   }
 
   double scaled(double v) const { return log_ ? std::log10(v) : v; }
