@@ -86,7 +86,7 @@ on_plane, on_line, on_curve: only the origin of b is held, on z = 0, on the z ax
             for (const auto& [coordinate, factor] : factors)
               c.terms.push_back({coordinate, factor});
           },
-          "By coordinate, with one freedom each.")
+          "By coordinate, with one degree of freedom each.")
       .def_readwrite("offset", &Coupling::offset, "In the unit of factor times coordinate.");
   py::class_<Rolling>(
       m, "Rolling",
@@ -98,9 +98,10 @@ axle z), sphere, blade (no motion along z), no_spin (no turn about z). Needs a p
       .def_readwrite("ground", &Rolling::ground, "By default the world.")
       .def_readwrite("wheel", &Rolling::wheel)
       .def_readwrite("radius", &Rolling::radius, "Of a disk or sphere [m], > 0.");
-  py::class_<Driven>(m, "Driven",
-                     "A joint coordinate with one freedom that moves as told, by a motor of any "
-                     "strength; its account is '<name>.power'.")
+  py::class_<Driven>(
+      m, "Driven",
+      "A joint coordinate with one degree of freedom that moves as told, by a motor of any "
+      "strength; its account is '<name>.power'.")
       .def(from_keywords<Driven>())
       .def_readwrite("name", &Driven::name)
       .def_readwrite("coordinate", &Driven::coordinate)

@@ -110,9 +110,9 @@ the plant. The field of this model is the target dynamics; that the plant under 
           arg("t"), arg("x"),
           "u, as many numbers as the plant has inputs, 0 where there is no actuator.");
 
-  py::class_<es::JointSpring>(
-      m, "JointSpring",
-      "A spring at a joint of one freedom: U = k (q - rest)^2 / 2, or k (1 - cos(q - rest)).")
+  py::class_<es::JointSpring>(m, "JointSpring",
+                              "A spring at a joint of one degree of freedom: U = k (q - rest)^2 / "
+                              "2, or k (1 - cos(q - rest)).")
       .def(from_keywords<es::JointSpring>())
       .def_readwrite("port", &es::JointSpring::port, "'shoulder.torque'")
       .def_readwrite("stiffness", &es::JointSpring::stiffness)

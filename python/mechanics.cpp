@@ -68,9 +68,9 @@ void bind_specs(py::module_& m) {
           "universal: second rotation axis; planar: first translation.")
       .def_readwrite("pitch", &JointSpec::pitch, "helical [m/rad].")
       .def_readwrite("damping", &JointSpec::damping,
-                     "Viscous [N m s/rad | N s/m], >= 0; joints of one freedom only.")
+                     "Viscous [N m s/rad | N s/m], >= 0; joints of one degree of freedom only.")
       .def_readwrite("stiffness", &JointSpec::stiffness,
-                     "Spring [N m/rad | N/m], >= 0; joints of one freedom only.")
+                     "Spring [N m/rad | N/m], >= 0; joints of one degree of freedom only.")
       .def_readwrite("rest", &JointSpec::rest, "The spring's rest coordinate [rad | m].")
       .def_readwrite("rotor_inertia", &JointSpec::rotor_inertia,
                      "Rotor (armature) inertia [kg m^2 | kg], >= 0: n^2 J of a rotor of inertia J "

@@ -36,9 +36,10 @@ void bind_control(py::class_<C, std::shared_ptr<C>>& c) {
 }
 
 void bind_null_space(py::module_& m) {
-  py::class_<es::NullSpacePosture>(m, "NullSpacePosture",
-                                   "A posture for the freedoms that a task leaves, and the tank "
-                                   "that pays for keeping it out of the task.")
+  py::class_<es::NullSpacePosture>(
+      m, "NullSpacePosture",
+      "A posture for the degrees of freedom that a task leaves, and the tank "
+      "that pays for keeping it out of the task.")
       .def(from_keywords<es::NullSpacePosture>())
       .def_readwrite("stiffness", &es::NullSpacePosture::stiffness,
                      "K_n of each joint [N m/rad | N/m]; one number: all.")

@@ -208,7 +208,7 @@ void bind_scene(py::module_& m) {
       .def_readwrite("centre_stays", &Scene::centre_stays,
                      "Whether the centre of mass of what floats stays in the state. Else, where it "
                      "moves as without the rest, it is integrated apart.")
-      .def_readwrite("rtol", &Scene::rtol, "Of rivals that work to a tolerance.")
+      .def_readwrite("rtol", &Scene::rtol, "Of reference solvers that work to a tolerance.")
       .def_readwrite("iteration_tolerance", &Scene::iteration_tolerance,
                      "Of implicit methods; 0: to rounding.")
       .def_readwrite("checkpoint_every", &Scene::checkpoint_every, "Wall-clock seconds.")

@@ -147,7 +147,7 @@ void bind_catalogue(py::module_& m) {
       .def_readonly("unit", &vsa::Quantity::unit)
       .def_property_readonly(
           "provenance", [](const vsa::Quantity& q) { return std::string(to_string(q.provenance)); },
-          "published, derived, recalled (do not build on it) or illustrative")
+          "published, derived, from memory (unverified: do not use in design) or illustrative")
       .def_readonly("source", &vsa::Quantity::source);
   py::class_<Device>(m, "Device", "A device of the catalogue: docs/actuators.md.")
       .def_readonly("name", &Device::name)

@@ -127,7 +127,7 @@ class Scene:
 
     def compare(self, *, methods: Union[str, Sequence[str]] = (), budget: float = 120.0, duration: float | None = None,
                 out: PathLike | None = None, progress: Tell = None) -> Comparison:
-        """Speed against error of every method that fits, over a range of steps. budget: CPU seconds for everything."""
+        """Speed against error of every applicable method, over a range of steps. budget: CPU seconds for everything."""
         return _compare(self.data, self.assembly, methods, budget, duration, out, progress)
 
     def plan(self, out: PathLike | None = None) -> Plan:
@@ -335,7 +335,7 @@ def verify(what: Model | Scene | PathLike, x=None, *, step: float | None = None,
 
 def compare(what: Model | Scene | PathLike, x=None, *, step: float | None = None, duration: float | None = None,
             methods: Union[str, Sequence[str]] = (), budget: float = 120.0, out: PathLike | None = None, progress: Tell = None) -> Comparison:
-    """Speed against error of every method that fits, over a range of steps (docs/compare.md).
+    """Speed against error of every applicable method, over a range of steps (docs/compare.md).
 
     what: a scene (or its path), or a model with the state x, step (the trials begin there) and duration. budget: CPU seconds
     for everything. out: a folder for compare.json, compare.txt and work_precision.svg.

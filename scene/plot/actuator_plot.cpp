@@ -96,7 +96,7 @@ std::string datasheet_plot(const vsa::Device& d) {
   }
   const bool each = traits.family == "cosh";  // the limit is of each spring
   const double mark = each || !(d.limits.deflection < HUGE_VAL) ? HUGE_VAL : d.limits.deflection;
-  panel_of(svg, 64, "torque that holds it [N m]", x, torque, mark);
+  panel_of(svg, 64, "holding torque [N m]", x, torque, mark);
   panel_of(svg, 64 + panel + 110, "stiffness [N m/rad]", x, stiffness, mark);
   return svg.finish();
 }

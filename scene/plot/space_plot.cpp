@@ -92,8 +92,8 @@ std::string space_plot(const RunReport& r) {
     x += 36 + text_width(text, 12);
   };
   legend(0, held, "energy in it");
-  legend(1, moved, "went through it (internal: turned over)");
-  legend(2, colour::ink, "does not add up, at most");
+  legend(1, moved, "went through it (internal: exchanged)");
+  legend(2, colour::ink, "largest residual");
   return svg.finish();
 }
 

@@ -19,7 +19,7 @@ def test_a_spring_from_a_file(joint, tmp_path):
     truth = np.array([9.3, 0.14, 0.011])  # of the run behind the log
     e = found.values - truth
     size = e @ np.linalg.solve(found.covariance, e)
-    print(f"  chi^2 of the errors {size:.2f} of 3 freedoms, bound 16.3 (1 in 1000)")
+    print(f"  chi^2 of the errors {size:.2f} of 3 degrees of freedom, bound 16.3 (1 in 1000)")
     assert found.converged and size < 16.3
     wrong = np.array([8.0, 0.1, 0.02]) - truth  # control: the first guesses
     assert wrong @ np.linalg.solve(found.covariance, wrong) > 1e4

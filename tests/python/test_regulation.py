@@ -1,4 +1,4 @@
-"""Arms with freedoms to spare, bases on wheels, moving targets, sweeps of gains."""
+"""Arms with degrees of freedom to spare, bases on wheels, moving targets, sweeps of gains."""
 import math
 
 import numpy as np

@@ -554,13 +554,13 @@ class JointSpec:
     def pitch(self, value: float) -> None: ...
     @property
     def damping(self) -> float:
-        """Viscous [N m s/rad | N s/m], >= 0; joints of one freedom only."""
+        """Viscous [N m s/rad | N s/m], >= 0; joints of one degree of freedom only."""
         ...
     @damping.setter
     def damping(self, value: float) -> None: ...
     @property
     def stiffness(self) -> float:
-        """Spring [N m/rad | N/m], >= 0; joints of one freedom only."""
+        """Spring [N m/rad | N/m], >= 0; joints of one degree of freedom only."""
         ...
     @stiffness.setter
     def stiffness(self, value: float) -> None: ...
@@ -838,7 +838,7 @@ class Coupling:
     def name(self, value: str) -> None: ...
     @property
     def factors(self) -> dict[str, float]:
-        """By coordinate, with one freedom each."""
+        """By coordinate, with one degree of freedom each."""
         ...
     @factors.setter
     def factors(self, value: dict[str, float]) -> None: ...
@@ -880,7 +880,7 @@ class Rolling:
     def radius(self, value: float) -> None: ...
 
 class Driven:
-    """A joint coordinate with one freedom that moves as told, by a motor of any strength; its account is '<name>.power'."""
+    """A joint coordinate with one degree of freedom that moves as told, by a motor of any strength; its account is '<name>.power'."""
     def __init__(self, *, name: str = ..., coordinate: str = ..., motion: Motion = ...) -> None: ...
     @property
     def name(self) -> str: ...
@@ -942,7 +942,7 @@ class MechanicalModel(Model):
 
         H = p M(q)^-1 p / 2 + V_gravity(q) + sum k (q_j - rest)^2 / 2,   R = diag(0, joint damping).
 
-    Ports, one per joint: '<joint>.torque', '<joint>.force', '<joint>.wrench' (several freedoms), then the body ports.
+    Ports, one per joint: '<joint>.torque', '<joint>.force', '<joint>.wrench' (several degrees of freedom), then the body ports.
     Invariants: linear and angular momentum of mechanisms free in the world without gravity, and of every quaternion.
     """
     def __init__(self, mechanism: Mechanism, ports: list[BodyPort] = [], constraints: list[Union[LoopJoint, Rod, Coupling, Rolling, Driven]] = []) -> None:
@@ -1280,7 +1280,7 @@ class SceneData:
     def centre_stays(self, value: bool) -> None: ...
     @property
     def rtol(self) -> float:
-        """Of rivals that work to a tolerance."""
+        """Of reference solvers that work to a tolerance."""
         ...
     @rtol.setter
     def rtol(self, value: float) -> None: ...

@@ -88,7 +88,7 @@ class ClosedLoop(Model):
         ...
 
 class JointSpring:
-    """A spring at a joint of one freedom: U = k (q - rest)^2 / 2, or k (1 - cos(q - rest))."""
+    """A spring at a joint of one degree of freedom: U = k (q - rest)^2 / 2, or k (1 - cos(q - rest))."""
     def __init__(self, *, port: str = ..., stiffness: float = ..., rest: float = ..., periodic: bool = ...) -> None: ...
     @property
     def port(self) -> str:
@@ -372,7 +372,7 @@ class Acrobot:
     def kv(self, value: float) -> None: ...
 
 class NullSpacePosture:
-    """A posture for the freedoms that a task leaves, and the tank that pays for keeping it out of the task."""
+    """A posture for the degrees of freedom that a task leaves, and the tank that pays for keeping it out of the task."""
     def __init__(self, *, stiffness: list[float] = ..., rest: list[float] = ..., level: float = ..., least: float = ..., most: float = ..., fill: float = ...) -> None: ...
     @property
     def stiffness(self) -> list[float]:
@@ -416,7 +416,7 @@ class NullSpaceLoop(ClosedLoop):
 
     Energy that the projected posture makes comes from a tank, whose energy E is a state: (q, p, E). H_d never rises.
     task: a PotentialShaping with one pose, damping, and a rest near which to look. Raises InvalidArgument for a task that leaves
-    no freedom. Source: Khatib 1987; Dietrich, Ott, Stramigioli 2016.
+    no degree of freedom. Source: Khatib 1987; Dietrich, Ott, Stramigioli 2016.
     """
     def __init__(self, plant: MechanicalModel, task: PotentialShaping, posture: NullSpacePosture) -> None: ...
     @property
