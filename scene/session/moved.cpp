@@ -19,6 +19,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// @throws InvalidArgument if the summary is damaged
+std::optional<EventTimes> events_in(const fs::path& summary) {
+  try {
+    return event_times(nlohmann::ordered_json::parse(read_file(summary)));
+  } catch (const nlohmann::json::exception& e) {
+    throw InvalidArgument(fmt::format("{} is damaged: {}", summary.string(), e.what()));
+  }
+}
+
 /// The columns of a series at rows; empty: there is none.
 std::vector<double> rows_of(const Hdf5Reader& file, const std::string& name,
                             const std::vector<std::int64_t>& shown) {
@@ -94,8 +103,7 @@ Moved moved_in(const fs::path& part) {
   if (!assembly.mechanism) return {};
   Moved all{{assembly.mechanism}, springs_of(scene)};
   if (one) return all;
-  const auto happened =
-      event_times(nlohmann::ordered_json::parse(read_file(folder / "summary.json")));
+  const auto happened = events_in(folder / "summary.json");
   mechanics::MovingMechanism moving(assembly.parts);
   pass_events(moving, scene, assembly.initial, 0, happened);
   all.mechanisms = {{moving.model, &moving.model->mechanism()}};

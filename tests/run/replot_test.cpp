@@ -76,6 +76,15 @@ TEST(Replot, TheMotionIsThatOfTheRunInEveryPhase) {
   const auto second = scene::motion_in(folder / "out/phase_2", 20);
   EXPECT_EQ(line(second, "joints [rad]", "shoulder"),
             std::vector<double>(shoulder.begin() + 20, shoulder.end()));
+
+  const fs::path summary = folder / "out/summary.json";
+  const std::string whole = read_bytes(summary);
+  for (const std::string bad :
+       {whole.substr(0, whole.size() / 2), std::string("{\"events\": 3}")}) {
+    write_bytes(summary, bad);
+    EXPECT_TRUE(
+        says(refusal([&] { scene::motion_in(folder / "out", 20); }), "summary.json is damaged"));
+  }
 }
 
 TEST(Replot, APanelIsChosenByItsName) {
