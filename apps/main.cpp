@@ -7,7 +7,6 @@
 #include <exception>
 #include <new>
 #include <string>
-#include <string_view>
 
 #ifdef PORTHOS_GSL_RIVALS
 #include "adapters/gsl/gsl.h"
@@ -254,10 +253,9 @@ void add_pages(CLI::App& app, Arguments& a) {
               "porthos completion bash > ~/.local/share/bash-completion/completions/porthos")
       ->add_option("SHELL", a.scene, "bash, zsh or fish")
       ->required();
-  auto* methods =
-      add_command(app, "methods", "the integrators and what they keep", "porthos methods");
-  methods->add_flag("--markdown", a.markdown, "as a page of the documentation");
-  methods->add_flag("--json", a.json, "as one JSON object")->excludes("--markdown");
+  auto* list = add_command(app, "methods", "the integrators and what they keep", "porthos methods");
+  list->add_flag("--markdown", a.markdown, "as a page of the documentation");
+  list->add_flag("--json", a.json, "as one JSON object")->excludes("--markdown");
   auto* actuators =
       add_command(app, "actuators", "the actuators of the catalogue", "porthos actuators");
   actuators->add_flag("--markdown", a.markdown, "as a page of the documentation");
@@ -322,7 +320,7 @@ int main(int argc, char** argv) {
     return exit_bad_input;
   }
   static char help[] = "--help";
-  if (argv[1] == std::string_view("help")) {  // porthos help run: porthos run --help
+  if (argv[1] == std::string("help")) {  // porthos help run: porthos run --help
     std::rotate(argv + 1, argv + 2, argv + argc);
     argv[argc - 1] = help;
   }
