@@ -287,7 +287,7 @@ u = [moment; force] on the link about the frame's origin [N m; N]; y = twist [an
 
     H = p M(q)^-1 p / 2 + V_gravity(q) + sum k (q_j - rest)^2 / 2,   R = diag(0, joint damping).
 
-Ports, one per joint: '<joint>.torque', '<joint>.force', '<joint>.wrench' (several freedoms), then the body ports.
+Ports, one per joint: '<joint>.torque', '<joint>.force', '<joint>.wrench' (several degrees of freedom), then the body ports.
 Invariants: linear and angular momentum of mechanisms free in the world without gravity, and of every quaternion.)");
   bind_model_constraints(model);
   model

@@ -57,7 +57,7 @@ void bind_null_space(py::module_& m) {
 
 Energy that the projected posture makes comes from a tank, whose energy E is a state: (q, p, E). H_d never rises.
 task: a PotentialShaping with one pose, damping, and a rest near which to look. Raises InvalidArgument for a task that leaves
-no freedom. Source: Khatib 1987; Dietrich, Ott, Stramigioli 2016.)")
+no degree of freedom. Source: Khatib 1987; Dietrich, Ott, Stramigioli 2016.)")
       .def(py::init<std::shared_ptr<const mechanics::MechanicalModel>, es::PotentialShaping,
                     es::NullSpacePosture>(),
            arg("plant"), arg("task"), arg("posture"))

@@ -79,7 +79,7 @@ TEST(Replot, TheMotionIsThatOfTheRunInEveryPhase) {
 
   const fs::path summary = folder / "out/summary.json";
   const std::string whole = read_bytes(summary);
-  for (const std::string bad :
+  for (const std::string& bad :
        {whole.substr(0, whole.size() / 2), std::string("{\"events\": 3}")}) {
     write_bytes(summary, bad);
     EXPECT_TRUE(
