@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <mutex>
 #include <new>
 
 #include "apps/commands.h"
@@ -10,6 +11,8 @@
 namespace porthos::apps {
 
 void no_memory() {
+  static std::mutex once;  // never left: several threads may end here at once
+  once.lock();
   std::fputs(
       "porthos: there is not enough memory; what was recorded is kept, continue with --resume\n",
       stderr);

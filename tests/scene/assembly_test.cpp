@@ -85,8 +85,8 @@ TEST_F(SceneAssembly, InfoShowsWhatWasAssembled) {
   const Scene s = read(full_scene);
   const std::string text = info_text(s, assemble(s));
   for (const char* part :
-       {"Everything\n", "links     3, in 3 moving bodies", "base.attitude", "shoulder.torque",
-        "slide.force", "quaternion_norm.base.attitude",
+       {"Everything\n", "links               3, in 3 moving bodies", "base.attitude",
+        "shoulder.torque", "slide.force", "quaternion_norm.base.attitude",
         "on the centre of mass alone, uniform (0, 0.5, -9.81) m/s^2",
         "damping                  absent", "gauss8, 4000 steps of 0.25 s = 1000 s",
         "damping 0.3 read but not simulated", "one state", "ns each"})
