@@ -84,7 +84,10 @@ TracePanel residual_panel(const Envelope& envelope, std::optional<double> limit)
     // One far above the errors would flatten them.
     const bool fits = *limit<1e6 * highest&& * limit> 1e-4 * highest;
     TraceLine line{"limit " + scientific(*limit) + (fits ? "" : ", off the plot")};
-    if (fits) line.t = {first, last}, line.value = {*limit, *limit};
+    if (fits) {
+      line.t = {first, last};
+      line.value = {*limit, *limit};
+    }
     line.stroke = Stroke::limit;
     p.lines.push_back(std::move(line));
   }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
+#include <tuple>
 
 #include "scene/plot/svg.h"
 #include "scene/plot/time_axis.h"
@@ -66,8 +68,7 @@ class TracePlot {
     place_panels();
   }
   std::string draw(const std::string& title, const std::string& subtitle) {
-    Svg svg(look_.width, height_, look_.unit);
-    svg_ = &svg;
+    Svg& svg = svg_.emplace(look_.width, height_, look_.unit);
     if (look_.head > 0) {
       const double room = look_.width - look_.left - 20;
       svg.text(look_.left, 38, "start", 19, ink, fit_text(title, 19, room),
@@ -184,7 +185,7 @@ class TracePlot {
   void take(const std::vector<double>& values) {
     for (const double v : values)
       if (const double s = scaled(v); std::isfinite(s))
-        low_ = std::min(low_, s), high_ = std::max(high_, s);
+        std::tie(low_, high_) = std::pair{std::min(low_, s), std::max(high_, s)};
   }
   void find_range(const TracePanel& p, const std::vector<Drawn>& drawn) {
     log_ = p.logarithmic;
@@ -194,7 +195,8 @@ class TracePlot {
       take(p.stacked ? d.to : d.line->value);
       if (!p.stacked) take(d.line->low);
     }
-    if (!(high_ >= low_)) low_ = log_ ? -18 : 0, high_ = log_ ? -16 : 1;
+    if (!(high_ >= low_))
+      std::tie(low_, high_) = log_ ? std::pair{-18.0, -16.0} : std::pair{0.0, 1.0};
     if (log_) {
       low_ = std::max(std::floor(low_), std::ceil(high_) - 16);
       high_ = std::max(std::ceil(high_ + 0.02), low_ + 1);
@@ -322,7 +324,7 @@ class TracePlot {
   bool log_time_, log_ = false;
   std::vector<std::vector<Drawn>> drawn_;
   std::vector<std::pair<double, double>> places_;
-  Svg* svg_ = nullptr;
+  std::optional<Svg> svg_;
   double first_ = 0, last_ = 0, height_ = 0, top_ = 0, bottom_ = 0, low_ = 0, high_ = 1;
 };
 
