@@ -47,6 +47,7 @@ class Certificate {
   /// The names of the coordinates of `at`, which text(), html() and refusals then tell with its
   /// numbers: as many, or half as many where `at` is a state.
   void name_coordinates(std::vector<std::string> names) { coordinates_ = std::move(names); }
+  const std::vector<std::string>& coordinates() const { return coordinates_; }
   /// The text of an item with its further figures and its place.
   std::string about(const CertificateItem& item) const;
   /// A table for people.

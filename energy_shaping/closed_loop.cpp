@@ -44,6 +44,9 @@ std::vector<std::string> coordinate_names(const phs::Description& plant) {
   for (const auto& b : plant.blocks)
     for (int k = 0; b.momentum >= 0 && k < b.size; ++k)
       names.push_back(b.size == 1 ? b.name : fmt::format("{}[{}]", b.name, k));
+  if (int(names.size()) == plant.nx / 2) return names;
+  names.clear();
+  for (int k = 0; k < plant.nx / 2; ++k) names.push_back(fmt::format("q[{}]", k));
   return names;
 }
 

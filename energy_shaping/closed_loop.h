@@ -88,7 +88,7 @@ struct Region {
 std::vector<int> port_offsets(const phs::Description& plant, const std::vector<std::string>& ports);
 
 /// The names of the coordinates of a plant in the order of its state: "elbow", of a quaternion
-/// "base.attitude[0]".
+/// "base.attitude[0]", of a plant whose blocks leave some out "q[0]".
 std::vector<std::string> coordinate_names(const phs::Description& plant);
 
 /// The largest of the forces wanted where no actuator is.

@@ -108,7 +108,6 @@ void Lqr::balance(const std::vector<int>& at) {
   const size_t n = rest_.size() / 2;
   std::vector<double> dx(2 * n);
   std::mt19937_64 generator(1);
-  const auto names = coordinate_names(d);
   double scale = 1e-300;
   UnheldForce left;
   for (int i = 0; i < 100; ++i) {
@@ -120,7 +119,8 @@ void Lqr::balance(const std::vector<int>& at) {
   f->field(0.0, rest_, {}, dx);
   for (const int a : at) u_.push_back(-dx[n + size_t(a)]);
   for (size_t k = 0; k < n; ++k)
-    if (std::find(at.begin(), at.end(), int(k)) == at.end()) left.take(dx[n + k], names[k]);
+    if (std::find(at.begin(), at.end(), int(k)) == at.end())
+      left.take(dx[n + k], certificate_.coordinates()[k]);
   left.certify(certificate_, scale, 1e-9, "at the rest point, over that of 100 random positions",
                "drive it, or state a target where it balances",
                {rest_.begin(), rest_.begin() + long(n)});

@@ -98,12 +98,10 @@ MatchingResidual residual_at(MatchedSystem<double>& s, Vec x) {
 /// The conditions of a matched loop, in an order in which each assumes the previous ones.
 class Checks {
  public:
-  Checks(MatchedSystem<double>& s, const Region& region, std::vector<std::string> names,
-         size_t actuators, Certificate& c)
+  Checks(MatchedSystem<double>& s, const Region& region, size_t actuators, Certificate& c)
       : s_(s),
         region_(region),
-        names_(std::move(names)),
-        n_(names_.size()),
+        n_(region.lower.size()),
         m_(actuators),
         coordinates_(region, n_),
         c_(c),
@@ -176,7 +174,7 @@ class Checks {
     const auto [least, softest] = phs::definiteness(n_, hessian);
     c_.at_least("Hessian of V_d > 0", least, 1e-12,
                 "at the rest point, least eigenvalue, its diagonal 1: the softest is '" +
-                    names_.at(softest) + "'");
+                    c_.coordinates().at(softest) + "'");
     c_.report("curvature of V_d", curvature.front(), "eigenvalues of the Hessian", curvature);
   }
 
@@ -222,7 +220,6 @@ class Checks {
 
   MatchedSystem<double>& s_;
   const Region& region_;
-  const std::vector<std::string> names_;  ///< of the coordinates
   size_t n_, m_;
   Coordinates coordinates_;
   Certificate& c_;
@@ -248,9 +245,7 @@ std::vector<double> MatchedLoop::state(std::span<const double> q, std::span<cons
 void MatchedLoop::check() {
   MatchedSystem<double> s(*this);
   const Vec rest(rest_.begin(), rest_.begin() + long(shaping_->size()));
-  auto names = coordinate_names(plant_->description());
-  names.resize(rest.size());
-  Checks checks(s, options_.region, std::move(names), actuated_.size(), certificate_);
+  Checks checks(s, options_.region, actuated_.size(), certificate_);
   checks.shape(rest);
   if (!certificate_.holds()) return;  // the other conditions assume it
   checks.matching(*plant_->instantiate<double>(), options_.matching);

@@ -248,10 +248,10 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
   for (const double k : curvature) free += std::fabs(k) <= 1e-9 * stiffness;
   std::string names;
   for (const auto& c : m.coordinates()) {
+    if (c.nq > 1) continue;
     double row = 0;
-    for (size_t i = 0; c.nq == 1 && i < nq; ++i)
-      row = std::max(row, std::fabs(K[size_t(c.q) * nq + i]));
-    if (c.nq > 1 || row > 1e-9 * stiffness) continue;
+    for (size_t i = 0; i < nq; ++i) row = std::max(row, std::fabs(K[size_t(c.q) * nq + i]));
+    if (row > 1e-9 * stiffness) continue;
     add_to_list(names, c.joint);
     if (!parts_.actuated[size_t(c.v)]) free_.push_back(c.joint);
   }

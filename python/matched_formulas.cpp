@@ -7,18 +7,6 @@
 #include "python/bind.h"
 #include "python/keywords.h"
 
-namespace porthos::phs {
-
-/// For a mask of lanes: abs, min and max of formulas have tangents of lanes in them.
-template <class Mask, class T>
-requires(!std::is_same_v<Mask, bool> && is_pack<T>) BasicDual<T> select(const Mask& m,
-                                                                        const BasicDual<T>& a,
-                                                                        const BasicDual<T>& b) {
-  return {select(m, a.v, b.v), select(m, a.d, b.d)};
-}
-
-}  // namespace porthos::phs
-
 namespace porthos::python {
 namespace {
 

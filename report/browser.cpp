@@ -53,7 +53,7 @@ std::string file_address(const std::filesystem::path& file, const std::string& f
 
 }  // namespace
 
-std::filesystem::path find_browser() {
+std::filesystem::path find_browser(const std::string& before, const std::string& otherwise) {
   if (const char* given = std::getenv("PORTHOS_CHROMIUM"); given && *given) return given;
   const char* path = std::getenv("PATH");
   for (std::string_view rest = path ? path : ""; !rest.empty();) {
@@ -65,7 +65,10 @@ std::filesystem::path find_browser() {
     }
     rest.remove_prefix(std::min(end + 1, rest.size()));
   }
-  return {};
+  throw InvalidArgument(before +
+                        "no Chromium or Chrome was found in PATH, expected one, or its path in "
+                        "PORTHOS_CHROMIUM; " +
+                        otherwise);
 }
 
 /// The browser's process and the two pipes: it reads requests from 3 and writes answers to 4. Each

@@ -8,8 +8,9 @@
 namespace porthos::report {
 
 /// The program: PORTHOS_CHROMIUM of the environment, else chromium, google-chrome and the like in
-/// PATH. Empty if there is none.
-std::filesystem::path find_browser();
+/// PATH.
+/// @throws InvalidArgument if there is none: "<before>no Chromium ...; <otherwise>"
+std::filesystem::path find_browser(const std::string& before, const std::string& otherwise);
 
 /// A page that is open in a browser of its own, which ends with this object.
 class BrowserPage {

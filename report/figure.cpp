@@ -37,12 +37,7 @@ void write_figure(const std::string& svg, const std::filesystem::path& out) {
   if (ending != ".pdf" && ending != ".png")
     throw InvalidArgument(
         fmt::format("{}: expected a name that ends with .svg, .pdf or .png", out.string()));
-  const auto browser = find_browser();
-  if (browser.empty())
-    throw InvalidArgument(
-        fmt::format("{}: no Chromium or Chrome was found in PATH, expected one, or its path in "
-                    "PORTHOS_CHROMIUM; a name that ends with .svg needs none",
-                    out.string()));
+  const auto browser = find_browser(out.string() + ": ", "a name that ends with .svg needs none");
   std::filesystem::path beside = out;
   beside += ".svg";
   scene::write_file(beside, svg);

@@ -182,14 +182,14 @@ class Gathered {
   /// phases.
   void several_phases() {
     int count = 0;
-    while (fs::exists(folder_ / fmt::format("phase_{}", count + 1) / "run.h5")) ++count;
+    while (fs::exists(scene::phase_folder(folder_, size_t(count) + 1) / "run.h5")) ++count;
     phase_count_ = std::max(1, count);
     if (summary_.is_null()) unfinished_ = true;
     std::optional<mechanics::MovingMechanism> moving;
     double from = 0;
     for (int k = 0; k < count; ++k)
       attempt("a phase of the run cannot be shown", [&] {
-        const fs::path folder = folder_ / fmt::format("phase_{}", k + 1);
+        const fs::path folder = scene::phase_folder(folder_, size_t(k) + 1);
         const auto r = open_run_file(folder / "run.h5");
         if (k == 0) {
           understand(texts_in(*r));

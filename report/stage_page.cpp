@@ -68,11 +68,7 @@ void wait_for_stage(BrowserPage& page, const std::filesystem::path& report) {
 
 std::unique_ptr<BrowserPage> open_stage(const std::filesystem::path& report, const FilmOptions& o) {
   check(o);
-  const std::filesystem::path browser = find_browser();
-  if (browser.empty())
-    throw InvalidArgument(
-        "no Chromium or Chrome was found in PATH, expected one, or its path in PORTHOS_CHROMIUM; "
-        "the buttons of the report make the same films");
+  const auto browser = find_browser("", "the buttons of the report make the same films");
   auto page = std::make_unique<BrowserPage>(browser, report, "still", o.width, o.height, o.stop);
   wait_for_stage(*page, report);
   const std::string ride = !o.ride.empty() ? nlohmann::json(o.ride).dump()

@@ -45,6 +45,10 @@ inline constexpr bool is_wide = is_real<T> && !std::is_same_v<T, double>;
 // --- select: the only conditional of a kernel ----------------------------------------------------
 template <class T>
 requires(!is_pack<T>) T select(bool mask, T a, T b) { return mask ? a : b; }
+template <int W, class T>
+BasicDual<T> select(Mask<W> mask, BasicDual<T> a, BasicDual<T> b) {
+  return {select(mask, a.v, b.v), select(mask, a.d, b.d)};
+}
 inline bool any(bool mask) { return mask; }
 
 // --- elementary functions, one name for every scalar ---------------------------------------------

@@ -27,6 +27,10 @@ void cannot_write(const fs::path& path, const char* verb) {
   throw IoError(fmt::format("cannot {} {}: {}", verb, path.string(), std::strerror(errno)));
 }
 
+fs::path phase_folder(const fs::path& folder, std::size_t k) {
+  return folder / fmt::format("phase_{}", k);
+}
+
 void make_folder(const fs::path& folder) {
   std::error_code e;
   fs::create_directories(folder, e);

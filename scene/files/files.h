@@ -26,6 +26,9 @@ void make_folder(const std::filesystem::path& folder);
 /// Removes a folder that complete results do not need. @returns "", or in one sentence why it stays
 std::string remove_unneeded(const std::filesystem::path& folder);
 
+/// Where a run with events keeps its phase k, counted from 1: "<folder>/phase_<k>".
+std::filesystem::path phase_folder(const std::filesystem::path& folder, std::size_t k);
+
 /// The whole file. @throws InvalidArgument if it cannot be read.
 std::string read_file(const std::filesystem::path& path);
 

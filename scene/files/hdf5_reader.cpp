@@ -245,7 +245,7 @@ std::map<std::string, double> Hdf5Reader::numbers(const std::string& object) con
 std::vector<std::filesystem::path> series_files(const std::filesystem::path& folder) {
   if (std::filesystem::exists(folder / "run.h5")) return {folder / "run.h5"};
   std::vector<std::filesystem::path> all;
-  const auto next = [&] { return folder / fmt::format("phase_{}", all.size() + 1) / "run.h5"; };
+  const auto next = [&] { return phase_folder(folder, all.size() + 1) / "run.h5"; };
   while (std::filesystem::exists(next())) all.push_back(next());
   if (all.empty())
     throw InvalidArgument(

@@ -11,22 +11,13 @@
 #include "scene/files/hdf5_reader.h"
 #include "scene/files/text_table.h"
 #include "scene/read/scene_texts.h"
+#include "scene/session/detail/summary-inl.h"
 #include "scene/session/event_times-inl.h"
-#include "scene/session/results.h"
 
 namespace porthos::scene {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// @throws InvalidArgument if the summary is damaged
-std::optional<EventTimes> events_in(const fs::path& summary) {
-  try {
-    return event_times(nlohmann::ordered_json::parse(read_file(summary)));
-  } catch (const nlohmann::json::exception& e) {
-    throw InvalidArgument(fmt::format("{} is damaged: {}", summary.string(), e.what()));
-  }
-}
 
 /// The columns of a series at rows; empty: there is none.
 std::vector<double> rows_of(const Hdf5Reader& file, const std::string& name,
@@ -103,12 +94,13 @@ Moved moved_in(const fs::path& part) {
   if (!assembly.mechanism) return {};
   Moved all{{assembly.mechanism}, springs_of(scene)};
   if (one) return all;
-  const auto happened = events_in(folder / "summary.json");
+  const auto happened =
+      of_summary(folder, [](const nlohmann::ordered_json& s) { return event_times(s); });
   mechanics::MovingMechanism moving(assembly.parts);
   pass_events(moving, scene, assembly.initial, 0, happened);
   all.mechanisms = {{moving.model, &moving.model->mechanism()}};
-  for (int k = 1; fs::is_directory(folder / fmt::format("phase_{}", k + 1)); ++k) {
-    const fs::path phase = folder / fmt::format("phase_{}", k);
+  for (size_t k = 1; fs::is_directory(phase_folder(folder, k + 1)); ++k) {
+    const fs::path phase = phase_folder(folder, k);
     const auto t = column(Hdf5Reader(phase / "run.h5"), "time");
     pass_events(moving, scene, phase, t.empty() ? 0 : t.back(), happened);
     all.mechanisms.emplace_back(moving.model, &moving.model->mechanism());
@@ -117,14 +109,13 @@ Moved moved_in(const fs::path& part) {
 }
 
 std::vector<fs::path> parts_of(const fs::path& folder) {
-  if (fs::exists(folder / "run.h5")) return {folder};
-  std::vector<fs::path> phases;
-  for (int k = 1; fs::is_directory(folder / fmt::format("phase_{}", k)); ++k)
-    phases.push_back(folder / fmt::format("phase_{}", k));
-  if (phases.empty())
+  std::vector<fs::path> parts;
+  for (const auto& file : series_files(folder)) parts.push_back(file.parent_path());
+  if (const auto lost = phase_folder(folder, parts.size() + 1);
+      parts[0] != folder && fs::is_directory(lost))
     throw InvalidArgument(
-        fmt::format("{} has no run.h5, expected the time series of a run", folder.string()));
-  return phases;
+        fmt::format("{} has no run.h5, expected the time series of a phase", lost.string()));
+  return parts;
 }
 
 namespace {

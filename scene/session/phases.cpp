@@ -16,9 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-fs::path phase_folder(const std::string& out, size_t k) {
-  return fs::path(out) / fmt::format("phase_{}", k + 1);
-}
 fs::path end_folder(const fs::path& phase) { return phase / "end"; }
 
 Json json_of(const Happened& h, const std::optional<CentreOfMass>& centre) {
@@ -48,7 +45,7 @@ class PhaseFolders {
       remove_results(options_.out);
     }
     while (const Phase* p = phases_.next()) {
-      const fs::path folder = phase_folder(options_.out, size_t(phases_.count()));
+      const fs::path folder = phase_folder(options_.out, size_t(phases_.count()) + 1);
       const bool known = options_.resume && has_checkpoint(end_folder(folder));
       const RunReport r = known ? read(*p, folder) : run(*p, folder);
       try {
@@ -128,7 +125,7 @@ void refuse_unfinished(const std::string& out) {
   bool unfinished =
       has_checkpoint(folder) && read_checkpoint(folder).outcome == integrators::Outcome::ok;
   const bool finished = fs::exists(fs::path(out) / "summary.json");
-  for (size_t k = 0; !finished && fs::exists(phase_folder(out, k)); ++k)
+  for (size_t k = 1; !finished && fs::exists(phase_folder(out, k)); ++k)
     unfinished |= has_checkpoint(phase_folder(out, k) / "checkpoint") ||
                   has_checkpoint(end_folder(phase_folder(out, k)));
   if (unfinished)

@@ -12,23 +12,13 @@
 #include "scene/plot/ledger_plot.h"
 #include "scene/plot/plot.h"
 #include "scene/run/columns.h"
-#include "scene/session/results.h"
+#include "scene/session/detail/summary-inl.h"
 
 namespace porthos::scene {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-Json summary_of(const fs::path& folder) {
-  require_finished(folder);
-  const fs::path path = folder / "summary.json";
-  try {
-    return Json::parse(read_file(path));
-  } catch (const Json::exception& e) {
-    throw InvalidArgument(fmt::format("{} is damaged: {}", path.string(), e.what()));
-  }
-}
 
 /// The report as far as the pictures need it. Null figures (not finite) become 0.
 RunReport report_of(const Json& s) {
@@ -121,10 +111,6 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
   return files;
 }
 
-}  // namespace
-
-namespace {
-
 /// None where the scene was made in code, or names tables that the results do not hold: then the
 /// plot of the motion stays as the run has drawn it.
 Moved moved_if_known(const fs::path& folder) {
@@ -135,33 +121,11 @@ Moved moved_if_known(const fs::path& folder) {
   }
 }
 
-}  // namespace
-
-std::vector<std::string> replot(const fs::path& folder) {
-  const Json summary = summary_of(folder);
-  try {
-    const Moved moved = moved_if_known(folder);
-    const auto parts = parts_of(folder);
-    std::vector<std::string> files;
-    for (size_t k = 0; k < parts.size(); ++k)
-      for (auto& f : replot_one(parts[k], parts[k] == folder ? summary : summary_of(parts[k]),
-                                k < moved.mechanisms.size() ? moved.mechanisms[k].get() : nullptr,
-                                moved.springs))
-        files.push_back(std::move(f));
-    return files;
-  } catch (const Json::exception& e) {
-    throw InvalidArgument(fmt::format("{}/summary.json is damaged: {}", folder.string(), e.what()));
-  }
-}
-
-namespace {
-
 /// "joints" of "joints [rad]"
 std::string without_unit(const std::string& what) { return what.substr(0, what.find(" [")); }
 
 /// Those of energies, works and residual in a run.h5.
-TracePanel balance_panel(const fs::path& part, const std::string& what) {
-  const Json summary = summary_of(part);
+TracePanel balance_panel(const fs::path& part, const Json& summary, const std::string& what) {
   const Hdf5Reader file(part / "run.h5");
   if (what == "residual") return residual_of(file, report_of(summary));
   for (TracePanel& p : ledger_panels(ledger_of(file, summary)))
@@ -204,19 +168,34 @@ std::vector<TracePanel> split(const std::vector<TracePanel>& panels) {
 
 }  // namespace
 
+std::vector<std::string> replot(const fs::path& folder) {
+  return of_summary(folder, [&](const Json& whole) {
+    const Moved moved = moved_if_known(folder);
+    const auto parts = parts_of(folder);
+    std::vector<std::string> files;
+    for (size_t k = 0; k < parts.size(); ++k) {
+      const auto redraw = [&](const Json& summary) {
+        return replot_one(parts[k], summary,
+                          k < moved.mechanisms.size() ? moved.mechanisms[k].get() : nullptr,
+                          moved.springs);
+      };
+      for (auto& f : parts[k] == folder ? redraw(whole) : of_summary(parts[k], redraw))
+        files.push_back(std::move(f));
+    }
+    return files;
+  });
+}
+
 std::vector<std::string> figures(const fs::path& folder, const std::string& what) {
-  try {
-    const std::string title = without_unit(what);
-    if (title != "energies" && title != "works" && title != "residual")
-      return {figure(split(named(motion_in(folder, most_of_motion), what)))};
-    require_finished(folder);
-    std::vector<std::string> all;
-    for (const fs::path& part : parts_of(folder))
-      all.push_back(figure({balance_panel(part, title)}));
-    return all;
-  } catch (const Json::exception& e) {
-    throw InvalidArgument(fmt::format("{}/summary.json is damaged: {}", folder.string(), e.what()));
-  }
+  const std::string title = without_unit(what);
+  if (title != "energies" && title != "works" && title != "residual")
+    return {figure(split(named(motion_in(folder, most_of_motion), what)))};
+  require_finished(folder);
+  std::vector<std::string> all;
+  for (const fs::path& part : parts_of(folder))
+    all.push_back(
+        of_summary(part, [&](const Json& s) { return figure({balance_panel(part, s, title)}); }));
+  return all;
 }
 
 }  // namespace porthos::scene

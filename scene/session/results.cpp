@@ -117,8 +117,8 @@ void write_with(const fs::path& folder, const Scene& scene, const Assembly& asse
 
 void remove_phases(const fs::path& folder) {
   std::error_code ignored;
-  for (int k = 1; fs::exists(folder / fmt::format("phase_{}", k)); ++k)
-    fs::remove_all(folder / fmt::format("phase_{}", k), ignored);
+  for (size_t k = 1; fs::exists(phase_folder(folder, k)); ++k)
+    fs::remove_all(phase_folder(folder, k), ignored);
 }
 
 void remove_results(const fs::path& folder) {
