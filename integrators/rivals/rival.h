@@ -100,7 +100,7 @@ template <class Method, class... Extra>
 Entry rival_entry(std::string name, std::string title, std::string source, Extra... extra) {
   return double_entry({.name = std::move(name),
                        .title = std::move(title),
-                       .family = "Rivals",
+                       .family = "Reference solvers",
                        .resumable = false,
                        .rival = true,
                        .source = std::move(source)},

@@ -264,7 +264,7 @@ class VectorEnv(_VectorBase):
 class Env(_EnvBase):
     """One environment, as gymnasium.Env: see VectorEnv for the arguments. reward(observation, action) -> float.
 
-    After an episode has ended the next begins with reset(); step() is refused until then.
+    An episode begins with reset(); before the first and after the end of one step() is refused.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}
@@ -276,7 +276,7 @@ class Env(_EnvBase):
             raise InvalidArgument("num_envs is of VectorEnv, an Env is one")
         if not callable(reward):
             raise InvalidArgument(f"reward is {reward!r}, expected a function of an observation and an action")
-        self._reward, self._ended = reward, False
+        self._reward, self._ended = reward, True
         self._vector = VectorEnv(model, start, reward=self._rewards, limit=limit, **options)
         self.observation_space = self._vector.single_observation_space
         self.action_space = self._vector.single_action_space
@@ -302,7 +302,7 @@ class Env(_EnvBase):
     def step(self, action):
         """(observation, reward, terminated, truncated, info)."""
         if self._ended:
-            raise InvalidArgument("the episode has ended, expected reset() before the next step")
+            raise InvalidArgument("no episode is running, expected reset() before step(): at the start, and after an episode has ended")
         if np.shape(action) != self.action_space.shape:
             raise InvalidArgument(f"the action has shape {np.shape(action)}, expected {self.action_space.shape}")
         observations, rewards, terminated, truncated, info = self._vector.step(np.asarray(action)[None])

@@ -95,7 +95,7 @@ class Plot {
     for (const bool rivals : {false, true})
       for (const auto& m : c_.methods) {
         if (m.method.rival != rivals) continue;
-        const std::string name = rivals ? "Rivals" : m.method.family;
+        const std::string name = rivals ? "Reference solvers" : m.method.family;
         auto f = std::find_if(families_.begin(), families_.end(),
                               [&](const auto& known) { return known.first == name; });
         if (f == families_.end()) f = families_.insert(f, {name, {}});

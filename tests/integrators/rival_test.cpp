@@ -42,7 +42,7 @@ TEST(Rivals, AreHonest) {
   EXPECT_GE(rivals().size(), 7u);
   for (const auto& name : rivals()) {
     const Declaration& d = declaration_of(name);
-    EXPECT_EQ(d.family, "Rivals") << name;
+    EXPECT_EQ(d.family, "Reference solvers") << name;
     EXPECT_FALSE(d.resumable) << name;
     EXPECT_EQ(d.order, 0) << name;
     EXPECT_NE(d.source, "") << name;

@@ -167,9 +167,10 @@ def test_wrong_arguments_are_refused(pendulum):
 
 def test_an_episode_that_has_ended_wants_a_reset(pendulum):
     e = one(pendulum, longest=2)
+    refused(lambda: e.step(np.zeros(1)), "no episode is running, expected reset()")
     e.reset(seed=0)
     assert [e.step(np.zeros(1))[3] for _ in range(2)] == [False, True]
-    refused(lambda: e.step(np.zeros(1)), "the episode has ended, expected reset()")
+    refused(lambda: e.step(np.zeros(1)), "no episode is running, expected reset()")
     e.reset()
     assert not e.step(np.zeros(1))[3]
     refused(lambda: e.step(0.1), "the action has shape (), expected (1,)")
