@@ -20,7 +20,7 @@ struct Arguments {
   std::string scene, model, log;
   std::optional<std::string> map, out, method, step, duration, extend, budget, plots, part, base,
       of_case, uncertainty, from, to, speed, size, camera, follow, what;
-  std::vector<std::string> methods, models, of, parameters, sigma;
+  std::vector<std::string> methods, models, of, by, parameters, sigma;
   bool resume = false, json = false, markdown = false, join = false, no_report = false,
        orbit = false, arrows = false, dark = false, trail = false, no_text = false;
   int threads = 0;

@@ -14,6 +14,8 @@ int sensitivity_command(const Arguments& a) {
   const scene::Scene s = read(a);
   scene::SensitivityRequest request;
   request.of = a.of;
+  request.by = a.by;
+  request.threads = a.threads;
   request.uncertainty =
       number_of("uncertainty", a.uncertainty, "a number, relative to each parameter");
   request.stop = &stop_on_signals();

@@ -114,16 +114,22 @@ integrators::LyapunovSpectrum lyapunov_spectrum(std::shared_ptr<const phs::Model
 
 /// (inputs, quantities, notes) of scene::end_sensitivity(), as lists of columns.
 py::dict sensitivity_of_scene(const scene::Scene& s, std::vector<std::string> of,
-                              std::optional<double> uncertainty) {
-  scene::SensitivityRequest request{.of = std::move(of), .uncertainty = uncertainty};
+                              std::vector<std::string> by, std::optional<double> uncertainty,
+                              int threads) {
+  scene::SensitivityRequest request{
+      .of = std::move(of), .by = std::move(by), .uncertainty = uncertainty, .threads = threads};
   scene::EndSensitivity r;
   interruptibly([&](const std::atomic<bool>& stop) {
     request.stop = &stop;
     r = scene::end_sensitivity(s, request);
   });
   if (!r.failure.empty()) throw std::runtime_error(r.failure);
-  std::vector<double> slopes;
-  for (const auto& q : r.of) slopes.insert(slopes.end(), q.slopes.begin(), q.slopes.end());
+  std::vector<double> slopes, errors;
+  for (const auto& q : r.of) {
+    slopes.insert(slopes.end(), q.slopes.begin(), q.slopes.end());
+    errors.insert(errors.end(), q.errors.begin(), q.errors.end());
+  }
+  errors.resize(slopes.size(), NAN);
   const auto column = [](const auto& list, auto member) {
     py::list values;
     for (const auto& item : list) values.append(item.*member);
@@ -139,8 +145,10 @@ py::dict sensitivity_of_scene(const scene::Scene& s, std::vector<std::string> of
   d["units"] = column(r.of, &EndSlopes::unit);
   d["values"] = column(r.of, &EndSlopes::value);
   d["growth"] = column(r.of, &EndSlopes::growth);
-  d["slopes"] =
-      as_array(std::move(slopes), {py::ssize_t(r.of.size()), py::ssize_t(r.inputs.size())});
+  const std::vector<py::ssize_t> shape{py::ssize_t(r.of.size()), py::ssize_t(r.inputs.size())};
+  d["slopes"] = as_array(std::move(slopes), shape);
+  d["errors"] = as_array(std::move(errors), shape);
+  d["runs"] = r.runs;
   d["notes"] = py::cast(r.notes);
   d["text"] = scene::sensitivity_text(r);
   return d;
@@ -229,7 +237,8 @@ count: of the largest; 0: all. settle: steps before the first that counts. every
 Raises InvalidArgument as gradient() and for options out of range, and RuntimeError where a step or its tangent does not
 converge.)");
   m.def("sensitivity_of_scene", &sensitivity_of_scene, py::arg("scene"), py::arg("of"),
-        py::arg("uncertainty"), "What Scene.sensitivity() calls.");
+        py::arg("by"), py::arg("uncertainty"), py::arg("threads"),
+        "What Scene.sensitivity() calls.");
   m.def(
       "gradient_in_rates", &in_rates, py::arg("model"), py::arg("q"), py::arg("v"),
       py::arg("start"),

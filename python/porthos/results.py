@@ -237,8 +237,10 @@ class Sensitivity:
     of: list[str]  #: names of the quantities
     units: list[str]
     values: np.ndarray  #: (quantities,), at the end
-    growth: np.ndarray  #: (quantities,), see Gradient.growth: above about 8 the slopes tell nothing of a finite change
+    growth: np.ndarray  #: (quantities,), see Gradient.growth: above about 8 the slopes tell nothing of a finite change; nan by differences
     slopes: np.ndarray  #: (quantities, inputs)
+    errors: np.ndarray  #: (quantities, inputs), of slopes by differences; nan by the adjoint
+    runs: int  #: that differences were taken of; 0: by the adjoint
     notes: list[str]
     text: str
 

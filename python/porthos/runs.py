@@ -151,18 +151,23 @@ class Scene:
         """
         return _core.gradient_of_scene(self.data, self.assembly, end, sampled, running, memory)
 
-    def sensitivity(self, of: str | Sequence[str] = (), *, uncertainty: float | None = None) -> Sensitivity:
+    def sensitivity(self, of: str | Sequence[str] = (), *, by: str | Sequence[str] = (), uncertainty: float | None = None, threads: int = 0) -> Sensitivity:
         """On which parameters and start values the end of the scene's run depends, in the time of a few runs for each quantity.
 
         of: numbers of outputs ("tip.x"), "joint_1.position", ".velocity", "base.position.x", ".attitude.x", ".linear_velocity.x",
         ".angular_velocity.x", "energy"; without any, the scene's outputs, or else the places. uncertainty: relative standard
         deviation of every parameter. docs/derivatives.md.
 
-        Raises InvalidArgument for an unknown name and for all that gradient() refuses, and RuntimeError where a step or its
-        adjoint fails.
+        by: inputs by name, as identify() names parameters, and numbers of controllers, events and orbits ("hold.kp",
+        "event[0].at"). Then the slopes are differences of 24 whole runs for each, over threads (0: as many as the machine has),
+        and come with their errors: of any scene, with events, sampled controllers, actuators, stops, an orbit. All outputs, over
+        the run as "tip.x.least" and ".largest" too, are then quantities.
+
+        Raises InvalidArgument for an unknown name and, without by, for all that gradient() refuses, and RuntimeError where a
+        step or its adjoint fails.
         """
-        names = [of] if isinstance(of, str) else list(of)
-        return Sensitivity(uncertainty, **_core.sensitivity_of_scene(self.data, names, uncertainty))
+        of, by = ([names] if isinstance(names, str) else list(names) for names in (of, by))
+        return Sensitivity(uncertainty, **_core.sensitivity_of_scene(self.data, of, by, uncertainty, threads))
 
     def identify(self, log: PathLike | Mapping[str, Any], parameters: str | Sequence[str], *,
                  sigma: float | Mapping[str, float] | None = None, out: PathLike | None = None) -> Identification:

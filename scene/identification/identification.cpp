@@ -218,14 +218,14 @@ double Identification::surprise() const {
 
 Identification identify(const Scene& given, const std::string& log,
                         const IdentificationRequest& request) {
-  const Scene scene = scene_with_slopes(given, "identify");
+  const Scene scene = scene_with_slopes(given, "identify", "");
   const Assembly assembly = assemble_with_tangents(scene);
   return identify(scene, assembly, read_log(log, request.noise, scene, assembly), request);
 }
 
 Identification identify(const Scene& given, const NamedColumns& log,
                         const IdentificationRequest& request) {
-  const Scene scene = scene_with_slopes(given, "identify");
+  const Scene scene = scene_with_slopes(given, "identify", "");
   const Assembly assembly = assemble_with_tangents(scene);
   return identify(scene, assembly, log_of(log, request.noise, scene, assembly), request);
 }

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "scene/identification/log.h"
-#include "scene/identification/unknowns.h"
+#include "scene/sensitivity/unknowns.h"
 
 /// Parameters of a scene from a log of its motion: docs/identification.md.
 namespace porthos::scene {

@@ -3,15 +3,17 @@
 #include <fmt/format.h>
 
 #include "integrators/derivatives/gauss_pieces.h"
+#include "phs/system/linearised.h"
 #include "scene/assemble/contacts.h"
 
 namespace porthos::scene {
 
-Scene scene_with_slopes(Scene scene, const std::string& command) {
+Scene scene_with_slopes(Scene scene, const std::string& command, const std::string& instead) {
   if (!scene.actuators.empty())
     throw InvalidArgument(in_file(scene.path) + command +
                           " takes no [[actuator]]: where its motor starts follows from the joints, "
-                          "by rules without slopes");
+                          "by rules without slopes" +
+                          instead);
   scene.centre_stays = true;
   return scene;
 }
@@ -35,7 +37,12 @@ Steps differentiable_steps(const Scene& s, const Assembly& a, const std::string&
   if (s.step_control != integrators::StepControl::fixed)
     refuse(fmt::format("steps of one size, and the scene has step_control = \"{}\"",
                        integrators::to_string(s.step_control)));
-  (void)integrators::GaussPieces(s.method, *a.model, s.step);  // refuses other methods
+  try {
+    (void)integrators::GaussPieces(s.method, *a.model, s.step);  // refuses other methods
+    (void)phs::linearise<double>(*a.model);                      // and constraints
+  } catch (const InvalidArgument& e) {
+    throw InvalidArgument(e.what() + instead);
+  }
   return steps_of(s);
 }
 

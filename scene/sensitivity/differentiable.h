@@ -5,9 +5,9 @@
 namespace porthos::scene {
 
 /// The scene as its run has slopes: the centre of mass stays in the equations.
-/// @param command  that asks for them, for the message
+/// @param command  that asks for them, for the message;  instead: as differentiable_steps()
 /// @throws InvalidArgument for [[actuator]]s
-Scene scene_with_slopes(Scene scene, const std::string& command);
+Scene scene_with_slopes(Scene scene, const std::string& command, const std::string& instead);
 
 /// The steps of a scene whose run is one smooth map of its start and its parameters: what
 /// integrators::gradient_of_run() differentiates is then what porthos run computes.

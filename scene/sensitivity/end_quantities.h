@@ -30,6 +30,8 @@ class EndQuantities {
 
   /// Those asked about by default: the outputs; without any, the places.
   const std::vector<std::string>& usual() const { return usual_; }
+  /// All of them.
+  const std::vector<std::string>& known() const { return known_; }
   /// Sentences on outputs that have no slopes.
   const std::vector<std::string>& left_out() const { return left_out_; }
   /// @throws InvalidArgument for a name that is none, with the nearest known one

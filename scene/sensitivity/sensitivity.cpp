@@ -9,12 +9,17 @@
 #include "integrators/derivatives/run_gradient.h"
 #include "phs/system/linearised.h"
 #include "scene/sensitivity/differentiable.h"
+#include "scene/sensitivity/end_differences.h"
 #include "scene/sensitivity/end_quantities.h"
 
 namespace porthos::scene {
 namespace {
 
 using integrators::Objective;
+
+constexpr const char* by_differences =
+    "; for inputs that are named (--by base.mass,joint_1.velocity; by= in Python) the slopes are "
+    "differences of whole runs";
 
 void check_request(const SensitivityRequest& request) {
   if (request.uncertainty && !(*request.uncertainty > 0 && std::isfinite(*request.uncertainty)))
@@ -101,9 +106,10 @@ class Ends {
 
 EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& request) {
   check_request(request);
-  const Scene scene = scene_with_slopes(given, "sensitivity");
+  if (!request.by.empty()) return end_differences(given, request);
+  const Scene scene = scene_with_slopes(given, "sensitivity", by_differences);
   const Assembly a = assemble(scene);
-  const Steps steps = differentiable_steps(scene, a);
+  const Steps steps = differentiable_steps(scene, a, by_differences);
   const EndQuantities quantities(scene, a);
   for (const auto& name : request.of) quantities.require(name);
   const auto& names = request.of.empty() ? quantities.usual() : request.of;
@@ -154,7 +160,7 @@ double EndSensitivity::deviation(const EndSlopes& q) const {
 std::vector<size_t> EndSensitivity::sorted(const EndSlopes& q, bool start) const {
   std::vector<size_t> order;
   for (size_t i = 0; i < inputs.size(); ++i)
-    if (inputs[i].start == start && q.slopes[i] != 0) order.push_back(i);
+    if (inputs[i].start == start && q.counts(i)) order.push_back(i);
   std::ranges::stable_sort(order, std::greater<>(), [&](size_t i) {
     return std::fabs(start ? q.slopes[i] : by_whole(q, i));
   });

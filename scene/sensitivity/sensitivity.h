@@ -1,5 +1,6 @@
 #pragma once
 #include <atomic>
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <string>
@@ -11,10 +12,12 @@ namespace porthos::scene {
 
 /// What to ask about the end of a scene's run.
 struct SensitivityRequest {
-  std::vector<std::string> of = {};         ///< names as in EndQuantities; empty: the usual ones
-  std::optional<double> uncertainty = {};   ///< relative standard deviation of every parameter
-  size_t memory = size_t(256) << 20;        ///< as integrators::GradientOptions
-  const std::atomic<bool>* stop = nullptr;  ///< true: give up
+  std::vector<std::string> of = {};        ///< names as in EndQuantities; empty: the usual ones
+  std::vector<std::string> by = {};        ///< inputs by name, as in Unknowns: by end_differences()
+  std::optional<double> uncertainty = {};  ///< relative standard deviation of every parameter
+  size_t memory = size_t(256) << 20;       ///< as integrators::GradientOptions
+  int threads = 0;                         ///< of differences; 0: as many as the machine has
+  const std::atomic<bool>* stop = nullptr;         ///< true: give up
   std::function<void(double done)> progress = {};  ///< the share of the work done, 0 to 1
 };
 
@@ -22,9 +25,15 @@ struct SensitivityRequest {
 struct EndSlopes {
   std::string name, unit;
   double value = 0;
-  std::vector<double> slopes;  ///< ∂value/∂input, as EndSensitivity::inputs
-  double growth = 0;           ///< integrators::RunGradient::growth
-  double error = 0;            ///< of the slopes at the end, relative: EndQuantity::error
+  std::vector<double> slopes;       ///< ∂value/∂input, as EndSensitivity::inputs
+  double growth = 0;                ///< integrators::RunGradient::growth; NaN by differences
+  double error = 0;                 ///< of the slopes at the end, relative: EndQuantity::error
+  std::vector<double> errors = {};  ///< of each slope by differences; empty by the adjoint
+
+  /// Whether a slope differs from zero by more than its error.
+  bool counts(size_t input) const {
+    return std::fabs(slopes[input]) > (errors.empty() ? 0.0 : errors[input]);
+  }
 };
 
 /// How the end of a run depends on its parameters and its start.
@@ -34,6 +43,7 @@ struct EndSensitivity {
   std::vector<Input> inputs;
   std::vector<EndSlopes> of;
   std::optional<double> uncertainty;
+  std::int64_t runs = 0;  ///< that differences were taken of; 0: by the adjoint
   std::vector<std::string> notes;
   std::string failure;  ///< of a step or its adjoint: where and why; then `of` is empty
 
@@ -44,14 +54,14 @@ struct EndSensitivity {
   }
   /// The standard deviation of a quantity by that of all parameters, independent of each other.
   double deviation(const EndSlopes& q) const;
-  /// Parameters or start values with any slope, largest effect first: of parameters |by_whole|, of
-  /// start values |slope|.
+  /// Parameters or start values with a slope that counts, largest effect first: of parameters
+  /// |by_whole|, of start values |slope|.
   std::vector<size_t> sorted(const EndSlopes& q, bool start) const;
 };
 
 /// Slopes of the end of a scene's run, by one run and an adjoint for each quantity
-/// (integrators::gradients_of_run). They do not depend on whether the centre of mass is taken out:
-/// here it stays. Over many Lyapunov times they are exact and useless: EndSlopes::growth.
+/// (integrators::gradients_of_run); with `by` end_differences(). They do not depend on whether the
+/// centre of mass is taken out: here it stays. Over many Lyapunov times they are exact and useless: EndSlopes::growth.
 /// @throws InvalidArgument as differentiable_steps(), EndQuantities::require(), phs::linearise(),
 ///   for [[actuator]]s and for an uncertainty that is no positive number
 EndSensitivity end_sensitivity(const Scene& scene, const SensitivityRequest& request);

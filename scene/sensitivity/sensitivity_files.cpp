@@ -31,6 +31,7 @@ void add_rows(TextRows& rows, const EndSensitivity& s, const EndSlopes& q, bool 
   std::vector<std::string> head{start ? "start value" : "parameter", "value", "slope",
                                 "slope x value"};
   const bool deviates = s.uncertainty && !start;
+  if (s.runs > 0) head.insert(head.begin() + 3, "+-");
   if (deviates) head.push_back("deviation");
   rows.push_back(head);
   for (size_t i = 0; i < std::min(most, order.size()); ++i) {
@@ -38,14 +39,16 @@ void add_rows(TextRows& rows, const EndSensitivity& s, const EndSlopes& q, bool 
     const double whole = s.by_whole(q, order[i]);
     rows.push_back({in.name, digits(in.value, in.unit), fmt::format("{:.4e}", q.slopes[order[i]]),
                     std::isfinite(whole) ? fmt::format("{:.4e}", whole) : "-"});
+    if (s.runs > 0)
+      rows.back().insert(rows.back().begin() + 3, fmt::format("{:.0e}", q.errors[order[i]]));
     if (deviates) rows.back().push_back(fmt::format("{:.2e}", *s.uncertainty * std::fabs(whole)));
   }
   if (order.size() > most) rows.push_back({fmt::format("and {} more", order.size() - most)});
 }
 
 std::string quantity_text(const EndSensitivity& s, const EndSlopes& q, size_t most) {
-  std::string text = fmt::format("{} = {:.10g} {} at the end, growth of the gradient {:.1f}",
-                                 q.name, q.value, q.unit, q.growth);
+  std::string text = fmt::format("{} = {:.10g} {} at the end", q.name, q.value, q.unit);
+  if (s.runs == 0) text += fmt::format(", growth of the gradient {:.1f}", q.growth);
   if (s.uncertainty)
     text += fmt::format(", standard deviation {:.2e} {} by the parameters", s.deviation(q), q.unit);
   text += "\n";
@@ -76,10 +79,12 @@ std::string number_cell(double x) { return std::isfinite(x) ? fmt::format("{}", 
 }  // namespace
 
 std::string sensitivity_text(const EndSensitivity& s, size_t most) {
+  const std::string how =
+      s.runs > 0 ? fmt::format("slopes by differences of {} runs", s.runs)
+                 : fmt::format("{:.0f} steps of {:g} s{}", (s.duration - s.last) / s.step, s.step,
+                               s.last > 0 ? fmt::format(" and one of {:g} s", s.last) : "");
   std::string text =
-      fmt::format("{}: {}, {:.0f} steps of {:g} s{}, {:g} s simulated\n\n", s.title, s.method,
-                  (s.duration - s.last) / s.step, s.step,
-                  s.last > 0 ? fmt::format(" and one of {:g} s", s.last) : "", s.duration);
+      fmt::format("{}: {}, {}, {:g} s simulated\n\n", s.title, s.method, how, s.duration);
   for (const EndSlopes& q : s.of) text += quantity_text(s, q, most);
   const auto worst = std::ranges::max_element(s.of, {}, &EndSlopes::error);
   if (worst != s.of.end() && worst->error > 1e-9)
@@ -91,6 +96,8 @@ std::string sensitivity_text(const EndSensitivity& s, size_t most) {
 
 std::string sensitivity_json(const Scene& scene, const EndSensitivity& s) {
   Json j{{"title", s.title}, {"method", s.method}, {"step_s", s.step}, {"duration_s", s.duration}};
+  j["by"] = s.runs > 0 ? "differences" : "adjoint";
+  if (s.runs > 0) j["runs"] = s.runs;
   if (s.uncertainty) j["uncertainty"] = *s.uncertainty;
   j["inputs"] = Json::array();
   for (const Input& in : s.inputs)
@@ -100,14 +107,16 @@ std::string sensitivity_json(const Scene& scene, const EndSensitivity& s) {
                            {"value", in.value}});
   j["of"] = Json::array();
   for (const EndSlopes& q : s.of) {
-    Json slopes;
+    Json slopes, errors;
     for (size_t i = 0; i < s.inputs.size(); ++i) slopes[s.inputs[i].name] = q.slopes[i];
+    for (size_t i = 0; i < q.errors.size(); ++i) errors[s.inputs[i].name] = q.errors[i];
     j["of"].push_back({{"name", q.name},
                        {"unit", q.unit},
                        {"value", q.value},
                        {"growth", q.growth},
                        {"error", q.error},
                        {"slopes", slopes}});
+    if (s.runs > 0) j["of"].back()["errors"] = errors;
     if (s.uncertainty) j["of"].back()["deviation"] = s.deviation(q);
   }
   j["notes"] = s.notes;
@@ -116,13 +125,14 @@ std::string sensitivity_json(const Scene& scene, const EndSensitivity& s) {
 }
 
 std::string sensitivity_csv(const EndSensitivity& s) {
-  std::string text = "quantity,unit,input,kind,input_unit,value,slope,slope_x_value\n";
+  std::string text = "quantity,unit,input,kind,input_unit,value,slope,slope_x_value,error\n";
   for (const EndSlopes& q : s.of)
     for (size_t i = 0; i < s.inputs.size(); ++i) {
       const Input& in = s.inputs[i];
-      text += fmt::format("{},{},{},{},{},{},{},{}\n", cell(q.name), q.unit, cell(in.name),
+      text += fmt::format("{},{},{},{},{},{},{},{},{}\n", cell(q.name), q.unit, cell(in.name),
                           in.start ? "start" : "parameter", in.unit, number_cell(in.value),
-                          number_cell(q.slopes[i]), number_cell(s.by_whole(q, i)));
+                          number_cell(q.slopes[i]), number_cell(s.by_whole(q, i)),
+                          q.errors.empty() ? "" : number_cell(q.errors[i]));
     }
   return text;
 }

@@ -72,8 +72,9 @@ std::string sensitivity_plot(const EndSensitivity& s) {
   for (size_t i = 0; i < panels; ++i) {
     const EndSlopes& q = s.of[i];
     svg.text(40, y, "start", 13, colour::ink,
-             fmt::format("{} [{}] after {} s: {}, growth {:.1f}", q.name, q.unit,
-                         number_text(s.duration), number_text(q.value, false, 5), q.growth),
+             fmt::format("{} [{}] after {} s: {}{}", q.name, q.unit, number_text(s.duration),
+                         number_text(q.value, false, 5),
+                         s.runs > 0 ? "" : fmt::format(", growth {:.1f}", q.growth)),
              R"( font-weight="600")");
     draw_bars(svg, y + head - 10, bars[i]);
     y += head + row * double(bars[i].size()) + between;

@@ -45,6 +45,7 @@ RunReport run_one(const Scene& scene, const Assembly& assembly,
   run.add_notes(r);
   if (interrupted) return r;
   seen.fill(r);
+  if (!o.judge) return r;
   run.judge(r);
   judge_beside(r, scene, assembly, o.check_symmetry);
   return r;

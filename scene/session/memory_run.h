@@ -12,6 +12,7 @@ struct MemoryOptions {
   /// Receives the records. With events the rows of each phase have a layout of their own.
   RecordSink record = {};
   bool check_symmetry = false;  ///< as in RunOptions
+  bool judge = true;            ///< false: no verdict, and no runs beside for it
 };
 
 /// Runs a scene without a folder: the steps, the ledger and the verdict of run(), with the same

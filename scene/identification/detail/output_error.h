@@ -6,7 +6,7 @@
 #include "integrators/derivatives/run_tangents.h"
 #include "scene/assemble/steps.h"
 #include "scene/identification/log.h"
-#include "scene/identification/unknowns.h"
+#include "scene/sensitivity/unknowns.h"
 
 namespace porthos::scene {
 

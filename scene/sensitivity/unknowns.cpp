@@ -1,4 +1,4 @@
-#include "scene/identification/unknowns.h"
+#include "scene/sensitivity/unknowns.h"
 
 #include <fmt/format.h>
 
@@ -15,10 +15,7 @@ namespace {
 using mechanics::LogCholesky;
 using mechanics::MassProperties;
 
-constexpr const char* ten_names[] = {"mass",       "com.x",      "com.y",      "com.z",
-                                     "inertia.xx", "inertia.xy", "inertia.xz", "inertia.yy",
-                                     "inertia.yz", "inertia.zz"};
-constexpr int ten = 10;
+constexpr int ten = std::size(inertial_numbers);
 
 double& number_of_body(MassProperties& b, int i) {
   auto& I = b.inertia;
@@ -34,7 +31,7 @@ double length_scale(const MassProperties& b) { return std::sqrt(inertia_scale(b)
 
 Unknown unknown_of(const std::string& body, MassProperties b, int i) {
   const double scale = i == 0 ? b.mass : i < 4 ? length_scale(b) : inertia_scale(b);
-  return {body + "." + ten_names[i],
+  return {body + "." + inertial_numbers[i],
           i == 0  ? "kg"
           : i < 4 ? "m"
                   : "kg m^2",
@@ -82,14 +79,15 @@ std::string unit_of(const toml::table& root, const std::string& key, const Assem
 
 }  // namespace
 
-Unknowns::Unknowns(const Scene& scene, const Assembly& a, const std::vector<std::string>& names)
-    : scene_(scene) {
+Unknowns::Unknowns(const Scene& scene, const Assembly& a, const std::vector<std::string>& names,
+                   Reach reach)
+    : scene_(scene), reach_(reach) {
   if (names.empty())
     throw InvalidArgument(in_file(scene.path) +
-                          "there are no parameters to find, expected names such as \"link_6\", "
+                          "no parameters are named, expected names such as \"link_6\", "
                           "\"link_6.mass\" or \"element[0].stiffness\"");
   for (const auto& name : names)
-    if (!add_of_body(name, a) && !add_of_joint(name, a) && !add_of_element(name, a))
+    if (!add_of_body(name, a) && !add_of_joint(name, a) && !add_of_part(name, a))
       add_key(name, name, a);
   for (size_t i = 0; i < list_.size(); ++i)
     for (size_t k = 0; k < i; ++k)
@@ -140,7 +138,7 @@ bool Unknowns::add_of_body(const std::string& name, const Assembly& a) {
     return true;
   }
   for (int i = 0; i < ten; ++i) {
-    const std::string end = std::string(".") + ten_names[i];
+    const std::string end = std::string(".") + inertial_numbers[i];
     if (!name.ends_with(end)) continue;
     const std::string own = name.substr(0, name.size() - end.size());
     const auto mass = body_of(a, own);
@@ -164,7 +162,8 @@ bool Unknowns::add_of_joint(const std::string& name, const Assembly& a) {
                            : place                   ? at->second.position
                                                      : at->second.velocity;
       keys_.push_back({list_.size(), "initial.joints." + name});
-      add({name, place ? c.unit : c.rate_unit, start, std::max(std::fabs(start), 0.1)}, false);
+      add({name, place ? c.unit : c.rate_unit, start, std::max(std::fabs(start), 0.1), true},
+          false);
       return true;
     }
     if (name == c.name + ".damping" || name == c.name + ".stiffness")
@@ -177,18 +176,25 @@ bool Unknowns::add_of_joint(const std::string& name, const Assembly& a) {
   return false;
 }
 
-bool Unknowns::add_of_element(const std::string& name, const Assembly& a) {
-  for (size_t i = 0; i < scene_.elements.size(); ++i) {
-    const Element& e = scene_.elements[i];
-    if (e.name.empty() || !name.starts_with(e.name + ".")) continue;
-    add_key(name, fmt::format("element[{}]{}", i, name.substr(e.name.size())), a);
-    return true;
-  }
-  return false;
+bool Unknowns::add_of_part(const std::string& name, const Assembly& a) {
+  const auto add_of = [&](const char* table, const auto& parts) {
+    for (size_t i = 0; i < parts.size(); ++i) {
+      const std::string& part = parts[i].name;
+      if (part.empty() || !name.starts_with(part + ".")) continue;
+      add_key(name, fmt::format("{}[{}]{}", table, i, name.substr(part.size())), a);
+      return true;
+    }
+    return false;
+  };
+  return add_of("element", scene_.elements) ||
+         (reach_ == Reach::run && add_of("controller", scene_.controllers));
 }
 
 void Unknowns::add_key(const std::string& name, const std::string& key, const Assembly& a) {
-  static const Names first = {"initial", "environment", "model", "element", "body", "contact"};
+  static const Names of_field = {"initial", "environment", "model", "element", "body", "contact"},
+                     of_run = {"initial", "environment", "model",    "element", "body", "contact",
+                               "orbit",   "controller",  "actuator", "event",   "stop", "output"};
+  const Names& first = reach_ == Reach::run ? of_run : of_field;
   const std::string table = key.substr(0, key.find_first_of(".["));
   std::vector<std::string> known;
   for (const Element& e : scene_.elements) known.push_back(e.name);
@@ -219,7 +225,9 @@ void Unknowns::add_key(const std::string& name, const std::string& key, const As
     }
   }
   keys_.push_back({list_.size(), key});
-  add({name, unit_of(root, key, a), *value, *value != 0 ? std::fabs(*value) : 1.0}, positive);
+  add({name, unit_of(root, key, a), *value, *value != 0 ? std::fabs(*value) : 1.0,
+       is_of_start(key)},
+      positive);
 }
 
 double Unknowns::value(size_t i, double z) const {

@@ -11,21 +11,33 @@ namespace porthos::scene {
 
 struct Assembly;
 
-/// A number that a log is to tell.
+/// A number of a scene that may change: that a log is to tell, or that differences are taken by.
 struct Unknown {
   std::string name, unit;
-  double start = 0;  ///< of the scene
-  double scale = 1;  ///< what counts as a whole change of it, in its unit; more than 0
+  double start = 0;       ///< of the scene
+  double scale = 1;       ///< what counts as a whole change of it, in its unit; more than 0
+  bool of_start = false;  ///< a start value
 };
 
-/// The numbers to find as z, a vector without limits whose entries are of order one. Names:
+/// The numbers of a body, as "<body>.mass", in their order.
+inline constexpr const char* inertial_numbers[] = {
+    "mass",       "com.x",      "com.y",      "com.z",      "inertia.xx",
+    "inertia.xy", "inertia.xz", "inertia.yy", "inertia.yz", "inertia.zz"};
+
+/// The tables of a scene whose numbers may be named.
+enum class Reach {
+  field,  ///< those that act through the field of the model
+  run     ///< all but how it is integrated and judged: controllers, actuators, events, orbits too
+};
+
+/// The numbers as z, a vector without limits whose entries are of order one. Names:
 ///
 /// "<body>": all ten inertial numbers, by their log-Cholesky numbers, so that every z is physical;
 /// "<body>.mass" [kg], with the centre of mass and the inertia about it kept; "<body>.com.x" [m] in
 /// the body's frame; "<body>.inertia.xx" [kg m²] about the centre of mass along the body's axes,
-/// .xy for both elements; "<element>.<key>", a number of an [[element]] by its name;
-/// "<joint>.position", ".velocity", start values; any other number of the scene by its key as in
-/// [ensemble], "environment.vector[2]".
+/// .xy for both elements; "<element>.<key>", a number of an [[element]], and with Reach::run of a
+/// [[controller]], by its name; "<joint>.position", ".velocity", start values; any other number of
+/// the scene by its key as in [ensemble], "environment.vector[2]".
 ///
 /// A number whose negative the reader refuses is positive: its z is a logarithm. Others are
 /// z · scale.
@@ -34,13 +46,17 @@ class Unknowns {
   /// @param assembly  of the scene
   /// @throws InvalidArgument for a name that is none, twice the same number, a number that the
   ///   scene does not state, a positive one that is 0, a body that is not physical or has no mass
-  Unknowns(const Scene& scene, const Assembly& assembly, const std::vector<std::string>& names);
+  Unknowns(const Scene& scene, const Assembly& assembly, const std::vector<std::string>& names,
+           Reach reach = Reach::field);
 
   /// One for each entry of z.
   const std::vector<Unknown>& list() const { return list_; }
   size_t size() const { return list_.size(); }
   /// z of the scene itself.
   const std::vector<double>& start() const { return start_; }
+  /// How number i of the list changes with its z, at the start; of a body's ten, with the number
+  /// itself taken alone.
+  double by_z(size_t i) const { return logarithmic_[i] ? list_[i].start : list_[i].scale; }
   /// The numbers at z, in the order of list().
   std::vector<double> values(std::span<const double> z) const;
   /// The scene with the numbers at z. Method, step and duration stay.
@@ -64,7 +80,7 @@ class Unknowns {
   };
   bool add_of_body(const std::string& name, const Assembly& assembly);
   bool add_of_joint(const std::string& name, const Assembly& assembly);
-  bool add_of_element(const std::string& name, const Assembly& assembly);
+  bool add_of_part(const std::string& name, const Assembly& assembly);
   void add_key(const std::string& name, const std::string& key, const Assembly& assembly);
   void add(Unknown unknown, bool positive);
   Body& body(const std::string& name, const mechanics::MassProperties& mass);
@@ -74,6 +90,7 @@ class Unknowns {
   std::vector<Replacement> replacements(std::span<const double> z) const;
 
   const Scene& scene_;
+  Reach reach_;
   std::vector<Unknown> list_;
   std::vector<double> start_;
   std::vector<char> logarithmic_;

@@ -1,0 +1,231 @@
+#include "scene/sensitivity/end_differences.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "ensemble/batch.h"
+#include "phs/nearest.h"
+#include "scene/compare/auto_method.h"
+#include "scene/sensitivity/end_quantities.h"
+#include "scene/sensitivity/ridders.h"
+#include "scene/sensitivity/unknowns.h"
+#include "scene/session/memory_run.h"
+
+namespace porthos::scene {
+namespace {
+
+constexpr int runs_of_input = 24;      // ridders.h
+constexpr double first_change = 0.02;  // of a whole change
+// Of a number at the end, relative: what the roundings of some thousand steps add up to.
+constexpr double rounding_of_run = 1e-13;
+constexpr double doubtful = 0.01;  // error of a slope, relative: told
+constexpr size_t most_told = 3;
+
+/// What an output was over the run.
+struct Extreme {
+  const char* suffix;
+  double OutputRow::*number;
+};
+constexpr Extreme extremes[] = {
+    {"", &OutputRow::end}, {".least", &OutputRow::least}, {".largest", &OutputRow::largest}};
+
+/// A run of the scene or of a neighbour of it, as the numbers that are asked about.
+class EndOfRun {
+ public:
+  EndOfRun(const Scene& scene, const Assembly& assembly, const std::vector<std::string>& names) {
+    const auto outputs = number_names(scene.outputs);
+    Names known;
+    std::vector<std::string> all;
+    for (const auto& name : outputs)
+      for (const Extreme& e : extremes) all.push_back(name + e.suffix);
+    of_outputs_ = all.size();
+    if (!scene.orbit)
+      for (const auto& name : EndQuantities(scene, assembly).known())
+        if (std::ranges::find(all, name) == all.end()) all.push_back(name);
+    known.assign(all.begin(), all.end());
+    if (all.empty())
+      throw InvalidArgument(in_file(scene.path) +
+                            "there is nothing to ask about the end of the run, expected an "
+                            "[[output]]");
+    names_ = !names.empty()     ? names
+             : !outputs.empty() ? outputs
+                                : EndQuantities(scene, assembly).usual();
+    for (const auto& name : names_) {
+      const auto at = size_t(std::ranges::find(all, name) - all.begin());
+      if (at == all.size())
+        throw InvalidArgument(
+            fmt::format("{}there is no '{}' at the end of a run, the nearest is '{}'",
+                        in_file(scene.path), name, nearest(name, known)));
+      places_.push_back(at);
+      if (at >= of_outputs_) of_motion_.push_back(name);
+    }
+  }
+
+  const std::vector<std::string>& names() const { return names_; }
+
+  /// The numbers of a run of the scene; NaN of one that fails, and why.
+  std::vector<double> of(const Scene& scene, const std::atomic<bool>* stop, std::string& why,
+                         std::vector<std::string>* units = nullptr) const {
+    std::vector<double> numbers(names_.size(), NAN);
+    try {
+      const Assembly a = assemble(scene);
+      const MemoryOptions options{.stop = stop, .judge = false};
+      if (scene.events.empty()) {
+        fill(scene, a, run_in_memory(scene, a, options), numbers, why, units);
+      } else {
+        PhaseSequence phases(scene, a);
+        const RunReport r = run_in_memory(phases, options);
+        fill(scene, phases.last(), r, numbers, why, units);
+      }
+    } catch (const InvalidArgument& e) {  // a number that a reader or an event refuses
+      why = e.what();
+    }
+    return numbers;
+  }
+
+ private:
+  void fill(const Scene& scene, const Assembly& a, const RunReport& r, std::vector<double>& numbers,
+            std::string& why, std::vector<std::string>* units) const {
+    if (r.interrupted) return;
+    if (r.outcome != integrators::Outcome::ok || !r.trouble.empty()) {
+      why = fmt::format("the run ended at t = {:.6g} s: {}", r.simulated_s,
+                        r.trouble.empty() ? to_string(r.outcome) : r.trouble);
+      return;
+    }
+    std::vector<EndQuantity> motion;
+    if (!of_motion_.empty())
+      motion = EndQuantities(scene, a).at(r.simulated_s, r.final_state, of_motion_, {});
+    auto next = motion.begin();
+    for (size_t i = 0; i < names_.size(); ++i) {
+      const size_t at = places_[i], kinds = std::size(extremes);
+      if (at < of_outputs_) {
+        const OutputRow& row = r.outputs.at(at / kinds);
+        numbers[i] = row.*extremes[at % kinds].number;
+        if (units) units->push_back(row.unit);
+      } else {
+        numbers[i] = next->value;
+        if (units) units->push_back(next->unit);
+        ++next;
+      }
+    }
+  }
+
+  std::vector<std::string> names_, of_motion_;
+  std::vector<size_t> places_;  ///< of the names: first the outputs, each with its extremes
+  size_t of_outputs_ = 0;
+};
+
+/// A body's name is all ten numbers of it.
+std::vector<std::string> each_number(const std::vector<std::string>& by, const Assembly& a) {
+  std::vector<std::string> names;
+  for (const auto& name : by)
+    if (std::ranges::find(a.parts.bodies(), name, &mechanics::BodySpec::name) ==
+        a.parts.bodies().end())
+      names.push_back(name);
+    else
+      for (const char* number : inertial_numbers) names.push_back(name + "." + number);
+  return names;
+}
+
+void add_notes(EndSensitivity& r, const std::vector<std::string>& why) {
+  std::vector<std::string> uncertain, none;
+  size_t more = 0;
+  for (const auto& q : r.of)
+    for (size_t i = 0; i < r.inputs.size(); ++i) {
+      if (!std::isfinite(q.slopes[i]))
+        none.push_back(fmt::format("no slope of {} by {}{}", q.name, r.inputs[i].name,
+                                   why[i].empty() ? "" : ": beside it " + why[i]));
+      else if (q.errors[i] > doubtful * std::fabs(q.slopes[i]) && q.counts(i))
+        uncertain.push_back(
+            fmt::format("that of {} by {} to {:.0e}", q.name, r.inputs[i].name, q.errors[i]));
+    }
+  if (none.size() > most_told) {
+    more = none.size() - most_told;
+    none.resize(most_told);
+    none.back() += fmt::format("; and {} more", more);
+  }
+  r.notes.insert(r.notes.end(), none.begin(), none.end());
+  if (uncertain.empty()) return;
+  more = uncertain.size() - std::min(most_told, uncertain.size());
+  uncertain.resize(uncertain.size() - more);
+  r.notes.push_back(
+      fmt::format("slopes known to worse than one percent: {}{}; a law or an event jumps near the "
+                  "run, or it is "
+                  "chaotic",
+                  fmt::join(uncertain, ", "), more > 0 ? fmt::format(" and {} more", more) : ""));
+}
+
+}  // namespace
+
+EndSensitivity end_differences(const Scene& given, const SensitivityRequest& request) {
+  Scene scene = given;
+  scene.centre_stays = !scene.orbit;  // its end is then that of the world
+  const Assembly a = assemble(scene);
+  scene = with_method_chosen(scene, a);
+  if (!scene.events.empty()) (void)rehearse(scene, a);
+  const Unknowns unknowns(scene, a, each_number(request.by, a), Reach::run);
+  const EndOfRun end(scene, a, request.of);
+
+  EndSensitivity r;
+  r.title = scene.title;
+  r.method = scene.method;
+  r.step = scene.step;
+  r.duration = scene.duration;
+  r.uncertainty = request.uncertainty;
+  r.runs = 1 + std::int64_t(unknowns.size()) * runs_of_input;
+  for (const Unknown& u : unknowns.list())
+    r.inputs.push_back({u.name, u.unit, u.start, u.of_start});
+
+  std::vector<std::string> units;
+  const auto values = end.of(scene, request.stop, r.failure, &units);
+  if (request.stop && request.stop->load()) r.failure = "interrupted";
+  if (!r.failure.empty()) return r;
+
+  std::vector<Differences> by(unknowns.size());
+  std::vector<std::string> why(unknowns.size());
+  std::mutex telling;
+  std::int64_t done = 1;
+  const auto tell = [&] {
+    const std::lock_guard lock(telling);
+    ++done;
+    if (request.progress) request.progress(double(done) / double(r.runs));
+  };
+  ensemble::in_parallel(request.threads, int(unknowns.size()), [&](int i) {
+    std::vector<double> numbers;
+    const auto beside = [&](double d) {
+      auto z = unknowns.start();
+      z[size_t(i)] += d;
+      Scene s = unknowns.at(z);
+      s.centre_stays = scene.centre_stays;
+      s.choice = scene.choice;
+      numbers = end.of(s, request.stop, why[size_t(i)]);
+      tell();
+      return std::span<const double>(numbers);
+    };
+    by[size_t(i)] = ridders(beside, values.size(), first_change, rounding_of_run);
+  });
+  if (request.stop && request.stop->load()) {
+    r.failure = "interrupted";
+    return r;
+  }
+  for (size_t k = 0; k < values.size(); ++k) {
+    EndSlopes q{end.names()[k], units[k], values[k], {}, NAN, 0};
+    for (size_t i = 0; i < unknowns.size(); ++i) {
+      q.slopes.push_back(by[i].slope[k] / unknowns.by_z(i));
+      q.errors.push_back(by[i].error[k] / std::fabs(unknowns.by_z(i)));
+    }
+    r.of.push_back(std::move(q));
+  }
+  add_notes(r, why);
+  if (std::ranges::any_of(scene.events, &Event::waits))
+    r.notes.push_back(
+        "events that wait happen at whole steps: the slopes hold while they happen at the same "
+        "ones");
+  return r;
+}
+
+}  // namespace porthos::scene
