@@ -38,22 +38,20 @@ class EndOfRun {
  public:
   EndOfRun(const Scene& scene, const Assembly& assembly, const std::vector<std::string>& names) {
     const auto outputs = number_names(scene.outputs);
-    Names known;
+    const EndQuantities motion(scene, assembly);
     std::vector<std::string> all;
     for (const auto& name : outputs)
       for (const Extreme& e : extremes) all.push_back(name + e.suffix);
     of_outputs_ = all.size();
     if (!scene.orbit)
-      for (const auto& name : EndQuantities(scene, assembly).known())
+      for (const auto& name : motion.known())
         if (std::ranges::find(all, name) == all.end()) all.push_back(name);
-    known.assign(all.begin(), all.end());
     if (all.empty())
       throw InvalidArgument(in_file(scene.path) +
                             "there is nothing to ask about the end of the run, expected an "
                             "[[output]]");
-    names_ = !names.empty()     ? names
-             : !outputs.empty() ? outputs
-                                : EndQuantities(scene, assembly).usual();
+    names_ = !names.empty() ? names : !outputs.empty() ? outputs : motion.usual();
+    const Names known(all.begin(), all.end());
     for (const auto& name : names_) {
       const auto at = size_t(std::ranges::find(all, name) - all.begin());
       if (at == all.size())

@@ -61,7 +61,8 @@ struct EndSensitivity {
 
 /// Slopes of the end of a scene's run, by one run and an adjoint for each quantity
 /// (integrators::gradients_of_run); with `by` end_differences(). They do not depend on whether the
-/// centre of mass is taken out: here it stays. Over many Lyapunov times they are exact and useless: EndSlopes::growth.
+/// centre of mass is taken out: here it stays. Over many Lyapunov times they are exact and useless:
+/// EndSlopes::growth.
 /// @throws InvalidArgument as differentiable_steps(), EndQuantities::require(), phs::linearise(),
 ///   for [[actuator]]s and for an uncertainty that is no positive number
 EndSensitivity end_sensitivity(const Scene& scene, const SensitivityRequest& request);
