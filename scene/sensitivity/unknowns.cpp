@@ -53,6 +53,15 @@ std::optional<MassProperties> body_of(const Assembly& a, const std::string& name
 /// "element[0]" -> "element"
 std::string without_index(const std::string& key) { return key.substr(0, key.find('[')); }
 
+/// "body[0].linear_velocity[2]"
+bool is_start_of_body(const std::string& key) {
+  constexpr const char* starts[] = {"].position", "].attitude", "].linear_velocity",
+                                    "].angular_velocity"};
+  return key.starts_with("body[") && std::ranges::any_of(starts, [&](const char* start) {
+           return key.find(start) != key.npos;
+         });
+}
+
 /// The unit of a number of the scene: of "N m/rad (N/m)" the second if its joint slides.
 std::string unit_of(const toml::table& root, const std::string& key, const Assembly& a) {
   const auto dot = key.rfind('.');
@@ -186,8 +195,10 @@ bool Unknowns::add_of_part(const std::string& name, const Assembly& a) {
     }
     return false;
   };
-  return add_of("element", scene_.elements) ||
-         (reach_ == Reach::run && add_of("controller", scene_.controllers));
+  return add_of("element", scene_.elements) || add_of("body", scene_.bodies) ||
+         add_of("contact", scene_.contacts) ||
+         (reach_ == Reach::run &&
+          (add_of("controller", scene_.controllers) || add_of("actuator", scene_.actuators)));
 }
 
 void Unknowns::add_key(const std::string& name, const std::string& key, const Assembly& a) {
@@ -226,7 +237,7 @@ void Unknowns::add_key(const std::string& name, const std::string& key, const As
   }
   keys_.push_back({list_.size(), key});
   add({name, unit_of(root, key, a), *value, *value != 0 ? std::fabs(*value) : 1.0,
-       is_of_start(key)},
+       is_of_start(key) || is_start_of_body(key)},
       positive);
 }
 
