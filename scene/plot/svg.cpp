@@ -6,6 +6,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "scene/files/text_table.h"
+
 namespace porthos::scene {
 namespace {
 
@@ -62,9 +64,7 @@ double round_step(double span, int parts) {
 }
 
 double text_width(const std::string& text, double size) {
-  const auto letters =
-      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; });
-  return double(letters) * size * 0.6;
+  return double(letters(text)) * size * 0.6;
 }
 
 std::string dashed(const std::string& pattern, double width) {

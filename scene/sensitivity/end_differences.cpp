@@ -211,10 +211,14 @@ EndSensitivity end_differences(const Scene& given, const SensitivityRequest& req
     return r;
   }
   for (size_t k = 0; k < values.size(); ++k) {
-    EndSlopes q{end.names()[k], units[k], values[k], {}, NAN, 0};
+    double size = 0;  // of numbers like it: one of them that is zero has their rounding
+    for (size_t l = 0; l < values.size(); ++l)
+      if (units[l] == units[k]) size = std::max(size, std::fabs(values[l]));
+    EndSlopes q{end.names()[k], units[k], values[k] + 0.0, {}, NAN, 0};
     for (size_t i = 0; i < unknowns.size(); ++i) {
       q.slopes.push_back(by[i].slope[k] / unknowns.by_z(i));
-      q.errors.push_back(by[i].error[k] / std::fabs(unknowns.by_z(i)));
+      q.errors.push_back(std::max(by[i].error[k], rounding_of_run * size) /
+                         std::fabs(unknowns.by_z(i)));
     }
     r.of.push_back(std::move(q));
   }

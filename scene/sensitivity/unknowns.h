@@ -35,8 +35,9 @@ enum class Reach {
 /// "<body>": all ten inertial numbers, by their log-Cholesky numbers, so that every z is physical;
 /// "<body>.mass" [kg], with the centre of mass and the inertia about it kept; "<body>.com.x" [m] in
 /// the body's frame; "<body>.inertia.xx" [kg m²] about the centre of mass along the body's axes,
-/// .xy for both elements; "<element>.<key>", a number of an [[element]], [[body]] or [[contact]], and with
-/// Reach::run of a [[controller]] or an [[actuator]], by its name, "target.linear_velocity[0]"; "<joint>.position", ".velocity", start values; any other number of
+/// .xy for both elements; "<element>.<key>", a number of an [[element]], a [[body]] or a
+/// [[contact]], and with Reach::run of a [[controller]] or an [[actuator]], by its name,
+/// "target.linear_velocity[0]"; "<joint>.position", ".velocity", start values; any other number of
 /// the scene by its key as in [ensemble], "environment.vector[2]".
 ///
 /// A number whose negative the reader refuses is positive: its z is a logarithm. Others are

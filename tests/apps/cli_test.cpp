@@ -269,13 +269,19 @@ TEST_F(Cli, TellsWhatTheEndDependsOn) {
        "relative to each parameter\n"},
       {"--method rk4",
        "porthos: derivatives of a run are there for Gauss collocation (gauss2 to "
-       "gauss16, midpoint) and its compositions (yoshida4, kahan_li8 ...), not for 'rk4'\n"}};
+       "gauss16, midpoint) and its compositions (yoshida4, kahan_li8 ...), not for 'rk4'; for inputs that are named (--by "
+       "base.mass,joint_1.velocity; by= in Python) the slopes are differences of whole runs\n"}};
   for (const auto& [option, message] : wrong) {
     a = porthos(std::string("sensitivity swing/scene.toml --out wrong ") + option);
     EXPECT_EQ(a.code, 2) << option;
     EXPECT_EQ(a.err, message);
   }
   EXPECT_FALSE(fs::exists(folder_ / "wrong")) << "refused before the run";
+  a = porthos("sensitivity swing/scene.toml --method rk4 --by hinge.velocity --json --out by_runs");
+  EXPECT_EQ(a.code, 0) << a.err;
+  const auto by = nlohmann::json::parse(a.out);
+  EXPECT_EQ(by["runs"], 25);
+  EXPECT_LT(by["of"][0]["errors"]["hinge.velocity"].get<double>(), 1e-9);
 }
 
 TEST_F(Cli, FindsParametersFromALog) {

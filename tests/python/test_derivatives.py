@@ -127,6 +127,18 @@ def test_a_scene_tells_what_its_end_depends_on(source):
     refused(lambda: ph.Scene(source / "examples/vsa_throw/scene.toml").sensitivity(), "takes no")
 
 
+def test_differences_of_runs_are_for_every_scene(source):
+    scene = ph.Scene(source / "examples/ets_vii/scene.toml", duration=5)
+    name, of = "joint_3.velocity", "base.attitude.z"
+    whole, by = scene.sensitivity(of), scene.sensitivity(of, by=name)
+    assert by.runs == 25 and whole.runs == 0 and np.isnan(whole.errors).all()
+    assert by.inputs == [name] and by.is_start.all() and np.isnan(by.growth).all()
+    assert abs(by.slope(of, name) - whole.slope(of, name)) <= 3 * by.errors[0, 0] + 1e-14
+    capture = ph.Scene(source / "examples/capture/scene.toml", duration=30)
+    s = capture.sensitivity("wheel_z.velocity", by=["target.mass"], threads=2)
+    assert s.errors[0, 0] < 1e-6 * abs(s.slopes[0, 0]) and "differences of 25 runs" in str(s)
+
+
 def test_the_page_runs(source, tmp_path, monkeypatch, capsys):
     text = (source / "docs/derivatives.md").read_text(encoding="utf-8")
     blocks = [(text[: m.start()].count("\n") + 2, m[1]) for m in re.finditer(r"```python\n(.*?)```", text, re.S)]
