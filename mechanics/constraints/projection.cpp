@@ -172,11 +172,16 @@ double newton(Start& start, std::span<double> q, const Correct& correct) {
   return largest(start.residual(q));
 }
 
-/// Closes the loops with the rates of `free` alone, if that is possible; else changes nothing.
-void move_some(Start& start, std::span<const int> free, std::span<double> q, std::span<double> v) {
+/// Closes the loops by the joints `free` alone, if that is possible; else changes nothing.
+void move_some(Start& start, std::span<const int> free, std::span<double> q) {
   Vec at(q.begin(), q.end());
-  if (!(newton(start, at, [&](const Vec& g) { return start.correction(g, free); }) < 1e-12)) return;
-  std::copy(at.begin(), at.end(), q.begin());
+  if (newton(start, at, [&](const Vec& g) { return start.correction(g, free); }) < 1e-12)
+    std::copy(at.begin(), at.end(), q.begin());
+  (void)start.residual(q);
+}
+
+/// The same of the rates.
+void speed_up_some(Start& start, std::span<const int> free, std::span<double> v) {
   const Vec slip = start.slip(v), by = start.correction(slip, free);
   Vec rates(v.begin(), v.end());
   for (size_t i = 0; i < v.size(); ++i) rates[i] += by[i];
@@ -196,7 +201,8 @@ std::vector<int> free_rates(int nv, int rows, std::span<const int> held) {
 }  // namespace
 
 ClosedStart close_loops(const Mechanism& m, const ConstraintSet& set, std::span<double> q,
-                        std::span<double> v, std::span<const int> held) {
+                        std::span<double> v, std::span<const int> held,
+                        std::span<const int> held_rates) {
   require_size("q", q.size(), size_t(m.nq()));
   require_size("v", v.size(), size_t(m.nv()));
   ClosedStart c;
@@ -206,7 +212,7 @@ ClosedStart close_loops(const Mechanism& m, const ConstraintSet& set, std::span<
   c.gap = largest(g0);
   if (c.gap > 0) c.largest = worst(set, g0).name;
   if (const auto free = free_rates(m.nv(), set.count(), held); !free.empty())
-    move_some(start, free, q, v);
+    move_some(start, free, q);
   const double gap = newton(start, q, [&](const Vec& g) {
     start.factor();
     return start.correction(g);
@@ -216,6 +222,8 @@ ClosedStart close_loops(const Mechanism& m, const ConstraintSet& set, std::span<
   c.smallest_pivot = start.smallest_pivot();
 
   c.slip = largest(start.slip(v0));
+  if (const auto free = free_rates(m.nv(), set.count(), held_rates); !free.empty())
+    speed_up_some(start, free, v);
   for (int twice = 0; twice < 2; ++twice) {
     const Vec by = start.correction(start.slip(v));
     for (size_t i = 0; i < v.size(); ++i) v[i] += by[i];

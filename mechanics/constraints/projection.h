@@ -24,10 +24,15 @@ struct ClosedStart {
 /// Driven joints get their positions and rates at time 0; bodies that roll are moved without slip.
 /// @param q  size nq, changed; quaternions stay normed;  v  size nv, changed
 /// @param held  indices in v of joints that stay where they are if the others can close the loops
-///   without them; else all move
+///   without them; else all move.  held_rates: the same of rates
 /// @throws InvalidArgument if the loops cannot be closed from there: it names the constraint whose
 ///   gap remains largest, its links and the gap
 ClosedStart close_loops(const Mechanism& m, const ConstraintSet& set, std::span<double> q,
-                        std::span<double> v, std::span<const int> held = {});
+                        std::span<double> v, std::span<const int> held,
+                        std::span<const int> held_rates);
+inline ClosedStart close_loops(const Mechanism& m, const ConstraintSet& set, std::span<double> q,
+                               std::span<double> v, std::span<const int> held = {}) {
+  return close_loops(m, set, q, v, held, held);
+}
 
 }  // namespace porthos::mechanics

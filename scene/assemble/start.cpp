@@ -104,16 +104,19 @@ void put_joint(const std::string& name, const JointStart& start, const Mechanism
   put_motion(*start.motion, *attitude, position, s);
 }
 
-/// The rates of the joints and bodies whose start the scene states.
-std::vector<int> stated(const Scene& scene, const Mechanism& m) {
-  std::vector<int> rates;
+/// The joints and bodies whose start the scene states, as indices in v: their places, or their
+/// rates, which those that state a position alone leave to the loops.
+std::vector<int> stated(const Scene& scene, const Mechanism& m, bool rates) {
+  std::vector<int> list;
   for (const auto& c : m.coordinates()) {
-    const bool own = scene.joints.contains(c.name) || scene.joints.contains(c.joint) ||
-                     c.joint == mechanics::base_joint_name;
-    if (!own) continue;
-    for (int k = 0; k < c.nv; ++k) rates.push_back(c.v + k);
+    auto own = scene.joints.find(c.name);
+    if (own == scene.joints.end()) own = scene.joints.find(c.joint);
+    const bool counts = c.joint == mechanics::base_joint_name ||
+                        (own != scene.joints.end() &&
+                         (!rates || own->second.motion || own->second.states_velocity));
+    for (int k = 0; counts && k < c.nv; ++k) list.push_back(c.v + k);
   }
-  return rates;
+  return list;
 }
 
 /// A driven joint starts on its motion.
@@ -151,34 +154,60 @@ std::string moved_from_stated(const Scene& scene, const Mechanism& m,
                             ": expected a stated start of fewer joints";
 }
 
+/// @throws InvalidArgument where stated rates contradict the constraints by more than their digits
+void check_stated_rates(const Scene& scene, const Mechanism& m, const std::vector<double>& v) {
+  constexpr double digits = 0.01;
+  double largest = 0;
+  for (const auto& [name, start] : scene.joints)
+    largest = std::max(largest, std::fabs(start.velocity));
+  std::string list, where;
+  for (const auto& c : m.coordinates()) {
+    const auto stated = scene.joints.find(c.name);
+    if (stated == scene.joints.end() || !stated->second.states_velocity || !is_single(c)) continue;
+    const double from = stated->second.velocity, to = v[size_t(c.v)];
+    if (std::fabs(to - from) <= digits * largest) continue;
+    if (where.empty()) where = stated->second.where;
+    add_to_list(list, fmt::format("'{}' {:.6g} to {:.6g} {}", c.name, from, to, c.rate_unit));
+  }
+  if (!list.empty())
+    throw InvalidArgument(fmt::format(
+        "{}[initial] joints: the stated velocities contradict the constraints, which would change "
+        "{}: expected those of fewer joints, the others follow",
+        in_file(where), list));
+}
+
 /// Moves the start onto the loops. @return a note of the move, empty if it is rounding
 std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
   const auto& model = a.reduced ? *a.reduced : *a.mechanical;
   const auto* loops = model.constraint_set();
   if (!loops) return "";
-  try {
-    const auto held = stated(scene, model.mechanism());
-    const auto moved = mechanics::close_loops(model.mechanism(), *loops, s.q, s.v, held);
-    const std::string stiff =
-        moved.rank < model.mechanism().nv()
-            ? ""
-            : fmt::format(
-                  "the constraints leave no degree of freedom, {} independent rows for {} rates: "
-                  "nothing can move",
-                  moved.rank, model.mechanism().nv());
-    if (moved.moved < 1e-12 && moved.sped_up < 1e-12) return stiff;
-    const std::string gap = moved.gap < 1e-12
-                                ? ""
-                                : fmt::format("the largest gap was {:.3g} m or rad, of '{}', ",
-                                              moved.gap, moved.largest);
-    return fmt::format(
-        "{}the start was moved onto the constraints: {}coordinates changed by up to {:.3g}, rates "
-        "by up to {:.3g}{}",
-        stiff.empty() ? "" : stiff + "; ", gap, moved.moved, moved.sped_up,
-        moved_from_stated(scene, model.mechanism(), s.q));
-  } catch (const InvalidArgument& e) {
-    throw scene.constraints.placed(e);
-  }
+  const auto& m = model.mechanism();
+  const auto moved = [&] {
+    try {
+      return mechanics::close_loops(m, *loops, s.q, s.v, stated(scene, m, false),
+                                    stated(scene, m, true));
+    } catch (const InvalidArgument& e) {
+      throw scene.constraints.placed(e);
+    }
+  }();
+  check_stated_rates(scene, m, s.v);
+  const std::string stiff =
+      moved.rank < m.nv()
+          ? ""
+          : fmt::format(
+                "the constraints leave no degree of freedom, {} independent rows for {} rates: "
+                "nothing can move",
+                moved.rank, m.nv());
+  if (moved.moved < 1e-12 && moved.sped_up < 1e-12) return stiff;
+  const std::string gap =
+      moved.gap < 1e-12
+          ? ""
+          : fmt::format("the largest gap was {:.3g} m or rad, of '{}', ", moved.gap, moved.largest);
+  return fmt::format(
+      "{}the start was moved onto the constraints: {}coordinates changed by up to {:.3g}, rates "
+      "by up to {:.3g}{}",
+      stiff.empty() ? "" : stiff + "; ", gap, moved.moved, moved.sped_up,
+      moved_from_stated(scene, m, s.q));
 }
 
 /// Coordinates and rates of a record.

@@ -28,6 +28,7 @@ namespace porthos::scene {
 /// Start values of one joint.
 struct JointStart {
   double position = 0, velocity = 0;     ///< of one degree of freedom [rad | m], [rad/s | m/s]
+  bool states_velocity = false;          ///< velocity is stated, and not 0 for lack of it
   std::optional<BaseStart> motion = {};  ///< of a ball or a free joint, in the joint's frame
   bool translates = false;               ///< the motion has a position or a linear velocity
   std::string where = {};                ///< "file:line"

@@ -228,6 +228,7 @@ class Reader {
                              ", expected a number of rad or m, or 3 numbers of metres");
     start.position = t.number("position");
     start.velocity = t.number("velocity");
+    start.states_velocity = t.has("velocity");
     return start;
   }
 

@@ -279,6 +279,44 @@ TEST(Loops, TheStartIsMovedWithANote) {
   EXPECT_FALSE(says(a.notes.back().text, "is stated"));
 }
 
+/// A joint that states a position alone leaves its rate to the loops. Stated rates that contradict
+/// them are refused.
+TEST(Loops, AStatedRateIsKept) {
+  const auto rates = [](const std::string& stated) {
+    TemporaryFolder folder;
+    write_bytes(folder / "arm.urdf", arm_urdf());
+    write_bytes(folder / "scene.toml",
+                "[model]\nurdf = 'arm.urdf'\nbase = 'fixed'\n[initial]\n" + stated +
+                    "[[coupling]]\nname = 'mesh'\nfactors = { shoulder = 1, elbow = 2.5 }\n"
+                    "[integrator]\nmethod = 'spark8'\nstep = 0.01\n[run]\nduration = 1\n");
+    const auto s = scene::read_scene((folder / "scene.toml").string());
+    const auto a = scene::assemble(s);
+    return a.mechanical->rates(a.initial.x, a.initial.turns);
+  };
+  for (const std::string& more :
+       {std::string(), std::string("joints.elbow = { position = 0 }\n")}) {
+    const auto v = rates("joints.shoulder = { velocity = 2.0 }\n" + more);
+    EXPECT_NEAR(v[0], 2, 1e-14) << more;
+    EXPECT_NEAR(v[1], -0.8, 1e-14) << more;
+  }
+  const auto both = [&](double elbow) {
+    return rates(
+        fmt::format("joints.shoulder = {{ velocity = 2.0 }}\njoints.elbow = {{ position = "
+                    "0, velocity = {} }}\n",
+                    elbow));
+  };
+  EXPECT_NEAR(both(-0.8004)[0], 2, 0.002) << "rounded by the user";
+  try {
+    (void)both(0.8);
+    ADD_FAILURE() << "not refused";
+  } catch (const InvalidArgument& e) {
+    EXPECT_TRUE(says(e.what(),
+                     "the stated velocities contradict the constraints, which would "
+                     "change 'shoulder' 2 to "))
+        << e.what();
+  }
+}
+
 /// Two couplings of two joints hold both. Control: one of them.
 TEST(Loops, ConstraintsThatLeaveNoFreedomAreTold) {
   const auto told = [](const std::string& couplings) {
