@@ -33,12 +33,13 @@ std::string growth_text(const scene::EnergyReport& e) {
       : e.max_rel_error <= 2 * floor ? "significant, below one rounding of a double"
       : e.growth_exponent < 0.75     ? "significant, below the scatter of the records"
                                      : "significant";
-  const std::string drift = fmt::format("drift {:.2g} per s, {}", e.drift_per_s, significance);
+  std::string drift = fmt::format("drift {:.2g} per s, {}", e.drift_per_s, significance);
+  if (e.swings_grow()) drift += fmt::format("; its swings grow {:.2g}-fold", e.swing_growth);
   if (!std::isfinite(e.growth_exponent))
     return "too few records or swings to tell how the error grows" +
-           (e.drift_is_significant ? ", " + drift : "");
-  return fmt::format("growth exponent {:.2f} (0.5 random walk, 1 drift), {}", e.growth_exponent,
-                     drift);
+           (e.drift_is_significant || e.swings_grow() ? ", " + drift : "");
+  return fmt::format("growth exponent {:.2f} (0.5 random walk, 1 drift or faster), {}",
+                     e.growth_exponent, drift);
 }
 
 std::string energy_text(const RunReport& r) {

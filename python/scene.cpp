@@ -165,7 +165,8 @@ py::dict statistics_of(const std::vector<double>& errors) {
   using namespace py::literals;
   return py::dict("max_abs"_a = s.max_abs(), "rms"_a = s.rms(), "change"_a = s.change(),
                   "growth_exponent"_a = s.growth_exponent(),
-                  "drift_is_significant"_a = s.drift_is_significant());
+                  "drift_is_significant"_a = s.drift_is_significant(),
+                  "swing_growth"_a = s.swing_growth());
 }
 
 }  // namespace
@@ -284,9 +285,10 @@ void bind_scene(py::module_& m) {
         "empty.");
   m.def("error_statistics", &statistics_of, arg("errors"),
         "Growth and drift of a series of errors at equal intervals of time, as runs are judged: "
-        "max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 "
-        "or so) and drift_is_significant (means over parts of the series, beyond five standard "
-        "errors of a random walk).");
+        "max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift or faster; nan for less "
+        "than 32 or so), drift_is_significant (means over parts of the series, beyond five "
+        "standard errors of a random walk) and swing_growth (how many times larger the scatter is "
+        "in the last part than in the first, if it rises from part to part, else 1).");
   bind_motion(m);
   bind_run_file(m);
 }

@@ -89,6 +89,7 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
   e.growth_exponent = energy_.growth_exponent();
   e.drift_per_s = s.t > 0 ? energy_.change() / e.scale_J / s.t : 0;
   e.drift_is_significant = energy_.drift_is_significant();
+  e.swing_growth = energy_.swing_growth();
 
   const auto size = meter.momentum_at_start();
   r.linear_momentum_error = relative(s.max_linear, std::max(size.linear, s.max_linear_scale));

@@ -17,14 +17,16 @@ constexpr size_t fewest_levels = 3;
 
 void ErrorStatistics::Parts::add(double error) {
   sum += error;
-  open_squares += error * error;
+  squares += error * error;
   if (++records < length) return;
   means.push_back(sum / length);
-  squares += open_squares;
-  records = sum = open_squares = 0;
+  mean_squares.push_back(squares / length);
+  records = sum = squares = 0;
   if (means.size() < 2 * fewest_parts) return;
-  for (size_t i = 0; i < fewest_parts; ++i) means[i] = (means[2 * i] + means[2 * i + 1]) / 2;
-  means.resize(fewest_parts);
+  for (auto* of : {&means, &mean_squares}) {
+    for (size_t i = 0; i < fewest_parts; ++i) (*of)[i] = ((*of)[2 * i] + (*of)[2 * i + 1]) / 2;
+    of->resize(fewest_parts);
+  }
   length *= 2;
 }
 
@@ -94,44 +96,53 @@ bool ErrorStatistics::drift_of_means() const {
   if (means.size() < fewest_parts) return false;
   const double n = double(means.size()) - 1, change = means.back() - means.front(),
                mean = change / n;
-  double variance = 0, of_means = means[0] * means[0];
+  double variance = 0, scatter = parts_.scatter(0) / (n + 1);
   for (size_t i = 1; i < means.size(); ++i) {
     const double increment = means[i] - means[i - 1] - mean;
     variance += increment * increment / n;
-    of_means += means[i] * means[i];
+    scatter += parts_.scatter(i) / (n + 1);
   }
-  const double scatter = parts_.squares / (parts_.length * (n + 1)) - of_means / (n + 1);
   const double of_walk = parts_.length > 1 ? 1.5 : 1;
-  return std::fabs(change) > 5 * std::sqrt(of_walk * n * variance) &&
-         change * change > std::max(0.0, scatter);
+  return std::fabs(change) > 5 * std::sqrt(of_walk * n * variance) && change * change > scatter;
+}
+
+double ErrorStatistics::swing_growth() const {
+  constexpr double fewest_records = 4;  // of a part
+  const size_t n = parts_.means.size();
+  if (n < fewest_parts || parts_.length < fewest_records) return 1;
+  int falls = 0;
+  for (size_t i = 1; i < n; ++i) falls += parts_.scatter(i) <= parts_.scatter(i - 1);
+  const double first = parts_.scatter(0), last = parts_.scatter(n - 1);
+  return falls > 1 || !(last > first && first > 0) ? 1 : std::sqrt(last / first);
 }
 
 std::vector<double> ErrorStatistics::memory() const {
   std::vector<double> m{count_, regular_, max_abs_, sum_of_squares_, start_, end_};
   const Parts& p = parts_;
-  m.insert(m.end(),
-           {p.length, p.records, p.sum, p.open_squares, p.squares, double(p.means.size())});
+  m.insert(m.end(), {p.length, p.records, p.sum, p.squares, double(p.means.size())});
   m.insert(m.end(), p.means.begin(), p.means.end());
+  m.insert(m.end(), p.mean_squares.begin(), p.mean_squares.end());
   for (const Level& level : levels_)
     m.insert(m.end(), {level.last, level.sum_of_squares, level.count});
   return m;
 }
 
 void ErrorStatistics::restore(std::span<const double> m) {
-  constexpr size_t fixed = 12;
+  constexpr size_t fixed = 11;
   if (m.size() < fixed) require_size("memory of the statistics", m.size(), fixed);
   for (const double count : {m[0], m[1]}) (void)whole<std::int64_t>(count, 0, 0x1p53);
-  const auto means = size_t(whole<std::int64_t>(m[11], 0, 2 * fewest_parts - 1));
-  if (m.size() < fixed + means || (m.size() - fixed - means) % 3 != 0)
-    require_size("memory of the statistics", m.size(), fixed + means);
+  const auto parts = size_t(whole<std::int64_t>(m[10], 0, 2 * fewest_parts - 1));
+  if (m.size() < fixed + 2 * parts || (m.size() - fixed - 2 * parts) % 3 != 0)
+    require_size("memory of the statistics", m.size(), fixed + 2 * parts);
   count_ = m[0];
   regular_ = m[1];
   max_abs_ = m[2];
   sum_of_squares_ = m[3];
   start_ = m[4];
   end_ = m[5];
-  const auto levels = m.subspan(fixed + means);
-  parts_ = {m[6], m[7], m[8], m[9], m[10], {m.begin() + fixed, levels.begin()}};
+  const auto means = m.subspan(fixed, parts), squares = m.subspan(fixed + parts, parts),
+             levels = m.subspan(fixed + 2 * parts);
+  parts_ = {m[6], m[7], m[8], m[9], {means.begin(), means.end()}, {squares.begin(), squares.end()}};
   levels_.clear();
   for (size_t i = 0; i < levels.size(); i += 3)
     levels_.push_back({levels[i], levels[i + 1], levels[i + 2]});

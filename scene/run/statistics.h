@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -31,6 +32,12 @@ class ErrorStatistics {
   /// walk or an oscillation goes.
   bool drift_is_significant() const;
 
+  /// How many times larger the scatter of the records is in the last of 9 to 17 equal parts of the
+  /// series than in the first, if it rises from part to part, but for one: the swings of an error
+  /// whose increments do not grow with τ may grow with time all the same. Else 1, and for parts of
+  /// less than 4 records.
+  double swing_growth() const;
+
   std::vector<double> memory() const;  ///< everything, for checkpoints
   /// @throws InvalidArgument if the size does not fit
   void restore(std::span<const double> memory);
@@ -51,11 +58,12 @@ class ErrorStatistics {
   };
   /// Means over parts of equal length.
   struct Parts {
-    double length = 1;                              ///< records of a part
-    double records = 0, sum = 0, open_squares = 0;  ///< of the part that is not complete yet
-    double squares = 0;                             ///< sum over the complete ones
-    std::vector<double> means;
+    double length = 1;                         ///< records of a part
+    double records = 0, sum = 0, squares = 0;  ///< of the part that is not complete yet
+    std::vector<double> means, mean_squares;
     void add(double error);
+    /// Variance of the records in a part.
+    double scatter(size_t i) const { return std::max(0.0, mean_squares[i] - means[i] * means[i]); }
   };
   double count_ = 0, regular_ = 0, max_abs_ = 0, sum_of_squares_ = 0, start_ = 0, end_ = 0;
   Parts parts_;

@@ -61,7 +61,8 @@ Json energy(const EnergyReport& e) {
           {"rms_rel_error", e.rms_rel_error},
           {"growth_exponent", e.growth_exponent},
           {"drift_per_s", e.drift_per_s},
-          {"drift_is_significant", e.drift_is_significant}};
+          {"drift_is_significant", e.drift_is_significant},
+          {"swing_growth", e.swing_growth}};
 }
 
 Json balance(const RunReport& r) {

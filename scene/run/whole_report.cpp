@@ -81,6 +81,7 @@ void WholeReport::add_energy(const EnergyReport& p, bool first) {
     e.*at = std::fmax(e.*at, p.*at);  // not a number: too few records
   if (std::fabs(p.drift_per_s) > std::fabs(e.drift_per_s)) e.drift_per_s = p.drift_per_s;
   e.drift_is_significant |= p.drift_is_significant;
+  e.swing_growth = std::max(e.swing_growth, p.swing_growth);
 }
 
 void WholeReport::add_impacts(std::vector<ImpactRow>& all, const ImpactRow& i) {

@@ -44,10 +44,12 @@ export function growthWords(e, steps, series, recorded = false) {
   if (e.max_rel_error < unit) return "is below one rounding of a double";
   const drifts = `by ${number(e.drift_per_s)} per second`;
   if (g === null) return e.drift_is_significant && !rounding ? `drifts ${drifts}` : "has too few records or swings to tell how it grows";
+  const swings = e.swing_growth >= 2 && !rounding ? `swings, and its swings grow ${number(e.swing_growth)}-fold over the run` : "";
   const jump = rounding ? null : jumpTime(series), exponent = ` (exponent ${g.toFixed(2)})`;
   if (jump !== null) return `jumps at about ${duration(jump)}: the motion is not resolved there`;
-  if (g >= 0.75) return `drifts, like t${exponent}${e.drift_is_significant ? "" : ", by an amount that is not significant"}`;
+  if (g >= 0.75) return `drifts, like t or faster${exponent}${e.drift_is_significant ? "" : ", by an amount that is not significant"}`;
   if (e.drift_is_significant && !rounding) return `drifts ${drifts}, which is hidden in the scatter of single records${exponent}`;
+  if (swings) return swings + exponent;
   if (rounding) return `${g < 0.25 ? "stays bounded" : "grows like rounding, √t"}${exponent}`;
   return g < 0.25 ? `stays bounded${exponent}, above rounding: ${recorded ? "the digits of the file, or its method" : "the truncation of the method"}` : `grows${exponent}, by more than rounding: part of the motion is resolved less finely than the rest`;
 }
