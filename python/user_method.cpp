@@ -11,6 +11,12 @@ namespace {
 
 using namespace integrators;
 
+/// What step() gets as x cannot be changed: in place, x(t + h) - x(t) would be zero.
+py::object read_only(py::object array) {
+  py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+  return array;
+}
+
 /// x moves by step(field, t, x, h). Every step takes the GIL.
 template <class T>
 class PythonMethod final : public BasicIntegrator<T> {
@@ -31,12 +37,10 @@ class PythonMethod final : public BasicIntegrator<T> {
 
   Outcome advance(T t, T h, typename Base::State& s) override {
     if constexpr (std::is_same_v<T, double>)
-      if (!tried_) refuse_state(t, h, s);
+      if (!tried_) try_short_step(t, h, s);
     {
       const py::gil_scoped_acquire gil;
-      from_python<T>(py::handle(step_.get())(py::handle(called_.get()), to_python(t),
-                                             to_python(std::span<const T>(s.x)), to_python(h)),
-                     move_, who_);
+      call(t, h, s.x);
     }
     for (const T& d : move_)
       if (!(magnitude(d) < HUGE_VAL)) return Outcome::not_finite;
@@ -45,15 +49,22 @@ class PythonMethod final : public BasicIntegrator<T> {
   }
 
  private:
-  /// A change goes to 0 with h; what goes to x is the new state in its place.
-  void refuse_state(double t, double h, typename Base::State& s) {
+  /// Sets move_.
+  void call(T t, T h, std::span<const T> x) {
+    from_python<T>(py::handle(step_.get())(py::handle(called_.get()), to_python(t),
+                                           read_only(to_python(x)), to_python(h)),
+                   move_, who_);
+  }
+
+  /// A change goes to 0 with h, as h f(x) does; what goes to x is the new state in its place.
+  void try_short_step(double t, double h, typename Base::State& s) {
     tried_ = true;
     const Cost before = this->cost_;
+    const double small = 1e-9 * h;
+    std::vector<double> rates(this->n_);
+    this->system_->field(t, s.x, {}, rates);
     const py::gil_scoped_acquire gil;
-    from_python<double>(
-        py::handle(step_.get())(py::handle(called_.get()), to_python(t),
-                                to_python(std::span<const double>(s.x)), to_python(1e-9 * h)),
-        move_, who_);
+    call(t, small, s.x);
     this->cost_ = before;
     double size = 0;
     for (const double x : s.x) size = std::fmax(size, std::fabs(x));
@@ -64,6 +75,17 @@ class PythonMethod final : public BasicIntegrator<T> {
       throw InvalidArgument(who_ +
                             " gives the new state x(t + h), expected the change x(t + h) - "
                             "x(t)");
+    double off = 0, expected = 0;
+    for (size_t i = 0; i < this->n_; ++i) {
+      off = std::fmax(off, std::fabs(move_[i] - small * rates[i]));
+      expected = std::fmax(expected, std::fabs(small * rates[i]));
+    }
+    if (off > 0.5 * expected + 0x1p-48 * size)  // 16 roundings of x
+      throw InvalidArgument(fmt::format(
+          "{}, tried with h = {:.3g} s, gives a change that differs from h times the rates "
+          "field(t, x) by {:.2g}, and these are {:.2g}: expected nearly the same of a method of "
+          "order 1 or more",
+          who_, small, off, expected));
   }
 
   /// Python code may keep it longer than its method lives.
@@ -120,7 +142,7 @@ void bind_user_method(py::module_& m) {
       R"(Adds a method of integration of your own to those of scenes, simulate() and compare().
 
 step(field, t, x, h) returns x(t + h) - x(t), an array (nx,): the difference keeps the digits that x + difference would lose. t
-[s] and h [s] are numbers, h also negative; x is an array (nx,) of state numbers; field(t, x) returns their rates (nx,). A
+[s] and h [s] are numbers, h also negative; x is a read-only array (nx,) of state numbers; field(t, x) returns their rates (nx,). A
 step may depend on its arguments alone. In derivatives and 113-bit references the arrays hold Dual or Quad numbers: write
 the step with operators and numpy's functions. symmetric and energy_exact are checked by
 verify(); order, symplectic and quadratic_invariants are believed. A second call with the same name replaces the method. One

@@ -93,6 +93,16 @@ def test_faults_of_a_method(source, tmp_path):
         run(lambda field, t, x, h: 1j * field(t, x))
     with pytest.raises(ph.InvalidArgument, match="returned None, expected 14 numbers"):
         run(lambda field, t, x, h: None)
+    def in_place(field, t, x, h):
+        before = x  # no copy: the change would be zero, and the motion frozen
+        x += h * field(t, x)
+        return x - before
+
+    with pytest.raises(ValueError, match="read-only"):
+        run(in_place)
+    for wrong in (lambda field, t, x, h: 0 * x, lambda field, t, x, h: field(t, x), lambda field, t, x, h: -h * field(t, x)):
+        with pytest.raises(ph.InvalidArgument, match=r"gives a change that differs from h times the rates field\(t, x\) by "):
+            run(wrong)
     with pytest.raises(ZeroDivisionError):
         run(lambda field, t, x, h: 1 / 0)
     assert "expected a smaller step" in str(run(lambda field, t, x, h: np.nan * x))
