@@ -53,6 +53,7 @@ Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const 
       const double hidden = dot(expected, turn.v) / sine - angle;  // turns that no quaternion shows
       step = ((angle + phs::two_pi_hi * std::round(hidden / phs::two_pi_hi)) / sine) * turn.v;
     }
+    one.hide(norm(step), angle);
     one.way += norm(step);
     one.off += norm(step - expected);
     // Of the rule, as below, and of the axis that turns meanwhile (Magnus 1954, second term).
@@ -80,6 +81,7 @@ std::vector<Trajectory::Agreement> Trajectory::agreements(const Numbers& t) cons
         const double h = t[i] - t[i - 1];
         const double step = place ? k.q[a][i] - k.q[a][i - 1] : distance(k, i, h);
         one.way += std::fabs(step);
+        one.hide(step, k.q[a][i] - k.q[a][i - 1]);
         one.off += std::fabs(step - 0.5 * h * (v[i - 1] + v[i]));
         one.uncertain +=
             h / 24 * std::fabs(v[i + 1] - v[i] - v[i - 1] + v[i - 2]) + of_places + h * of_rates;

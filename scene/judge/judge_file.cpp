@@ -123,22 +123,35 @@ void check_rates(RunReport& r, const std::vector<Trajectory::Agreement>& all) {
   constexpr double least = 0.01;  // rows of few digits, steps of a library's own interpolation
   constexpr double most = 0.3;
   Check worst{"rates", 0, least, true, false};
-  std::string name, coarse;
+  std::string name;
+  const Trajectory::Agreement* coarse = nullptr;
+  double hidden = 0;
   for (const auto& a : all) {
     const double size = std::max(a.way, a.off);
     if (size == 0) continue;
+    hidden = std::max(hidden, a.hidden);
     const double value = a.off / size, limit = least + 5 * a.uncertain / size;
     if (limit > most) {
-      coarse = a.name;
+      coarse = &a;
       continue;
     }
     if (value / limit < worst.value / worst.limit) continue;
     worst = {"rates", value, limit, value <= limit, false};
     name = a.name;
   }
-  if (name.empty() && !coarse.empty())
-    r.not_applicable.push_back({"rates", "the rows are too far apart to tell, as the rates of '" +
-                                             coarse + "' change too much between them"});
+  if (name.empty() && coarse)
+    r.not_applicable.push_back(
+        {"rates", coarse->hidden > 0
+                      ? fmt::format("the rates of '{}' tell of {:.2g} turns between rows, and its "
+                                    "angles do not show them",
+                                    coarse->name, coarse->hidden)
+                      : "the rows are too far apart to tell, as the rates of '" + coarse->name +
+                            "' change too much between them"});
+  if (hidden > 0)
+    r.notes.push_back(fmt::format(
+        "rates tell of up to {:.2g} turns between two rows, which angles do not show: if nothing "
+        "turns that fast, are times in another unit, as milliseconds? expected seconds",
+        hidden));
   if (name.empty()) return;
   r.checks.push_back(worst);
   if (!worst.pass)

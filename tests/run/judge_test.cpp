@@ -174,6 +174,16 @@ std::string every_step(const TemporaryFolder& folder) {
   (void)scene::run(c.scene, c.assembly, into(folder / "out"));
   return csv_of(c, folder / "out");
 }
+std::string in_milliseconds(const std::string& text) {
+  std::string all;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const auto comma = line.find(',');
+    const bool head = line.starts_with("time");
+    all += (head ? "time" : fmt::format("{}", 1000 * std::stod(line))) + line.substr(comma) + "\n";
+  }
+  return all;
+}
 scene::Check rates_in(const scene::RunReport& r) {
   for (const auto& check : r.checks)
     if (check.name == "rates") return check;
@@ -197,18 +207,42 @@ TEST(Judge, PositionsMoveAsTheirRatesSay) {
   EXPECT_TRUE(right.pass);
   EXPECT_LT(right.value, 0.2 * right.limit);
 
-  std::string milliseconds;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    const auto comma = line.find(',');
-    const bool head = line.starts_with("time");
-    milliseconds +=
-        (head ? "time" : fmt::format("{}", 1000 * std::stod(line))) + line.substr(comma) + "\n";
-  }
-  const auto [late, why] = rates_of(milliseconds);
+  const auto [late, why] = rates_of(in_milliseconds(text));
   EXPECT_FALSE(late.pass);
   EXPECT_GT(late.value, 0.5);
   EXPECT_NE(why.find("does not move as its rates say"), why.npos) << why;
+}
+
+/// Joints that turn more than half a turn between rows have any angle that the rates say: a file in
+/// milliseconds does not pass for it. Control: the same file in seconds.
+TEST(Judge, TurnsThatAnglesDoNotShowTellNothing) {
+  TemporaryFolder folder;
+  Case c = pendulum(folder);
+  c.scene.joints["shoulder"] = {0.3, 25};
+  c.scene.joints["elbow"] = {0.2, 5};
+  c.scene.duration = 1;
+  c.assembly = scene::assemble(c.scene);
+  (void)scene::run(c.scene, c.assembly, into(folder / "out"));
+  const std::string text = csv_of(c, folder / "out");
+  write_bytes(folder / "run.csv", text);
+  const auto right = judge(folder, "run.csv");
+  EXPECT_TRUE(rates_in(right).pass);
+  const auto told = [](const scene::RunReport& r) {
+    return std::ranges::any_of(r.notes, [](const auto& n) {
+      return says(n,
+                  "turns between two rows, which angles do not show: if nothing turns that fast, "
+                  "are times in another unit, as milliseconds?");
+    });
+  };
+  EXPECT_FALSE(told(right));
+  fs::remove_all(folder / "judged");
+  write_bytes(folder / "run.csv", in_milliseconds(text));
+  const auto late = judge(folder, "run.csv");
+  EXPECT_TRUE(std::ranges::none_of(late.checks, [](const auto& c) { return c.name == "rates"; }));
+  EXPECT_TRUE(std::ranges::any_of(late.not_applicable, [](const auto& n) {
+    return n.name == "rates" && says(n.why, "turns between rows, and its angles do not show them");
+  }));
+  EXPECT_TRUE(told(late));
 }
 
 TEST(Judge, RowsTooFarApartTellNothingOfRates) {

@@ -436,7 +436,9 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
   EXPECT_NE(refused(other).find("not for 'rk4'"), std::string::npos);
   const auto takes = [](const std::string& what) {
     return "scene.toml: a gradient takes " + what +
-           "; an [ensemble] over a parameter gives differences instead";
+           "; for inputs that are named (--by base.mass,joint_1.velocity; by= in Python) the "
+           "slopes "
+           "are differences of whole runs";
   };
   other = s;
   other.step_control = integrators::StepControl::reversible;

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -44,6 +46,14 @@ class Trajectory {
     double way = 0;        ///< Σ |q_i - q_(i-1)|
     double off = 0;        ///< Σ of what the trapezoidal rule over the rates leaves of it
     double uncertain = 0;  ///< Σ of that rule's own errors and of the rounding of the numbers
+    double hidden = 0;     ///< most turns between two rows that the rates alone tell of
+
+    /// A way that angles do not show, by the rates: with another unit of time it would fit too.
+    void hide(double moved, double shown) {
+      if (std::fabs(moved) < M_PI || std::fabs(moved - shown) < M_PI) return;
+      uncertain += std::fabs(moved);
+      hidden = std::max(hidden, std::fabs(moved) / (2 * M_PI));
+    }
   };
   /// The place of a base where the file has its rates, along the world's axes.
   std::vector<Agreement> agreements(const Numbers& t) const;
