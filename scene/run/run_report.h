@@ -46,12 +46,11 @@ struct EnergyReport {
   bool drift_is_significant =
       false;  ///< beyond what a random walk or an oscillation does: ErrorStatistics
   /// The parts of the scale: the largest kinetic energy, then the range of each other storage.
-  std::vector<std::pair<std::string, double>> scale_parts = {
-      double swing_growth = 1;  ///< of the scatter of the error: ErrorStatistics
-  /// By more than the scatter of a bounded error is ever seen to rise from part to part.
+  std::vector<std::pair<std::string, double>> scale_parts = {};
+  double swing_growth = 1;  ///< of the scatter of the error: ErrorStatistics
+  /// By more than that of a bounded error is ever seen to rise from part to part.
   bool swings_grow() const { return swing_growth >= 2; }
 };
-};  // namespace porthos::scene
 
 /// A [[stop]] that ended a run.
 struct Stopped {
