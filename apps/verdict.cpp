@@ -88,10 +88,11 @@ std::string space_text(const RunReport& r) {
 }
 
 std::string momentum_text(const RunReport& r) {
-  TextRows rows{{"momentum", "start N m s", "end N m s", "largest N m s"}};
+  TextRows rows{{"momentum", "start N m s", "end N m s", "largest N m s", "seen at"}};
   for (const auto& m : r.momentum)
     rows.push_back({m.name, fmt::format("{:.6g}", m.start), fmt::format("{:.6g}", m.end),
-                    fmt::format("{:.6g}", m.largest)});
+                    fmt::format("{:.6g}", m.largest),
+                    m.at_steps ? "all steps" : "records (more: [run] extrema)"});
   return scene::aligned(rows);
 }
 

@@ -25,21 +25,30 @@ JointLimits::JointLimits(const Scene& scene, const Assembly& assembly, const Rec
   }
 }
 
+void JointLimits::see(Joint& j, double z, double time) const {
+  double beyond = 0;
+  if (j.lower) beyond = std::max(beyond, *j.lower - z);
+  if (j.upper) beyond = std::max(beyond, z - *j.upper);
+  if (!(beyond > j.beyond)) return;
+  j.beyond = beyond;
+  j.position = z;
+  j.time = time;
+  j.at_start = !begun_;
+}
+
 void JointLimits::see(std::span<const double> record) {
   if (!any()) return;
   turns_of(layout_, record, turns_);
   for (Joint& j : joints_) {
     if (j.at_start) continue;
-    double z = record[layout_.x() + j.q];
-    if (j.turn) z += phs::two_pi_hi * double(turns_[*j.turn]);
-    double beyond = 0;
-    if (j.lower) beyond = std::max(beyond, *j.lower - z);
-    if (j.upper) beyond = std::max(beyond, z - *j.upper);
-    if (!(beyond > j.beyond)) continue;
-    j.beyond = beyond;
-    j.position = z;
-    j.time = record[layout_.time()];
-    j.at_start = !begun_;
+    const size_t at = layout_.x() + j.q, least = layout_.least(at);
+    const double turned = j.turn ? phs::two_pi_hi * double(turns_[*j.turn]) : 0;
+    if (least == at) {
+      see(j, record[at] + turned, record[layout_.time()]);
+      continue;
+    }
+    see(j, record[least], record[layout_.time()]);  // has its turns
+    see(j, record[layout_.largest(at)], record[layout_.time()]);
   }
   begun_ = true;
 }

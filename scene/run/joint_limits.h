@@ -14,7 +14,7 @@ struct Assembly;
 struct RunReport;
 
 /// Whether joints stay within the positions of the model file, which nothing enforces without an
-/// element, from the records of a run.
+/// element, from the records of a run; with [run] extrema at all steps.
 class JointLimits {
  public:
   /// Joints whose limits act as elements are left out.
@@ -34,6 +34,7 @@ class JointLimits {
     bool at_start = false;                      ///< whether it begins beyond
     double beyond = 0, position = 0, time = 0;  ///< there, else the worst
   };
+  void see(Joint& joint, double z, double time) const;
   RecordLayout layout_;
   std::vector<Joint> joints_;
   std::vector<std::int64_t> turns_;

@@ -12,10 +12,8 @@ OutputSummary::OutputSummary(const Scene& scene, const RecordLayout& layout) : l
     for (auto& name : component_names(scene.outputs[k]))
       rows_.push_back({std::move(name), layout.outputs[k].unit});
   for (size_t k = 0; k < rows_.size(); ++k) {
-    const size_t column = layout.output() + k, n = layout.watched.size();
-    const auto at = size_t(std::ranges::find(layout.watched, column) - layout.watched.begin());
-    least_.push_back(at < n ? layout.plain() + at : column);
-    largest_.push_back(at < n ? layout.plain() + n + at : column);
+    least_.push_back(layout.least(layout.output() + k));
+    largest_.push_back(layout.largest(layout.output() + k));
   }
 }
 

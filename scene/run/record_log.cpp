@@ -68,6 +68,11 @@ RecordLayout::RecordLayout(const phs::Description& d, Extrema extrema, std::vect
   }
 }
 
+size_t RecordLayout::extreme(size_t column, size_t after) const {
+  const auto at = size_t(std::ranges::find(watched, column) - watched.begin());
+  return at < watched.size() ? plain() + after + at : column;
+}
+
 size_t RecordLayout::output_count() const {
   size_t n = 0;
   for (const OutputColumn& o : outputs) n += o.size;

@@ -52,6 +52,13 @@ struct RecordLayout {
   size_t plain() const { return low() + (low_words ? nx : 0); }  ///< a row without extrema
   size_t output_count() const;
   size_t size() const { return plain() + 2 * watched.size(); }
+  /// Where a row has the smallest and the largest value of a column since the record before it; the
+  /// column itself if it is not watched.
+  size_t least(size_t column) const { return extreme(column, 0); }
+  size_t largest(size_t column) const { return extreme(column, watched.size()); }
+
+ private:
+  size_t extreme(size_t column, size_t after) const;
 };
 
 /// Fills one row. works: of each of the system's powers since the start; `energy_error` includes

@@ -30,16 +30,23 @@ SpringRanges::SpringRanges(const Scene& scene, const Assembly& assembly, const R
   }
 }
 
+void SpringRanges::Range::see(double value, double time) {
+  const double beyond = std::fmax(lower - value, value - upper);
+  if (!(beyond > 0)) return;
+  const bool begins = first < 0;
+  if (begins) first = time;
+  if (begins || beyond > std::fmax(lower - farthest, farthest - upper)) farthest = value;
+}
+
 void SpringRanges::see(std::span<const double> record) {
   for (Range& r : ranges_) {
-    const double* x = &record[layout_.x()];
-    const double value = x[r.of] - (r.less < 0 ? 0 : x[r.less]);
-    const double beyond = std::fmax(r.lower - value, value - r.upper);
-    if (!(beyond > 0)) continue;
-    const bool begins = r.first < 0;
-    if (begins) r.first = record[layout_.time()];
-    if (begins || beyond > std::fmax(r.lower - r.farthest, r.farthest - r.upper))
-      r.farthest = value;
+    const size_t of = layout_.x() + size_t(r.of);
+    if (r.less >= 0) {
+      r.see(record[of] - record[layout_.x() + size_t(r.less)], record[layout_.time()]);
+      continue;
+    }
+    r.see(record[layout_.least(of)], record[layout_.time()]);
+    r.see(record[layout_.largest(of)], record[layout_.time()]);
   }
 }
 

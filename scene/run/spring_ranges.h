@@ -13,7 +13,8 @@ struct Assembly;
 struct RunReport;
 
 /// Whether the springs of actuators stay where their energies are known, from the records of a run:
-/// σ in its range where no stop keeps it there, the deflection in the range that was measured.
+/// σ in its range where no stop keeps it there, with [run] extrema at all steps; the deflection in
+/// the range that was measured, at the records.
 class SpringRanges {
  public:
   /// The scene must outlive it.
@@ -31,6 +32,7 @@ class SpringRanges {
     double lower, upper;
     const char* reason;
     double first = -1, farthest = 0;  ///< time of the first record beyond, and the worst value
+    void see(double value, double time);
   };
   RecordLayout layout_;
   std::vector<Range> ranges_;

@@ -80,7 +80,10 @@ Json balance(const RunReport& r) {
 Json momentum(const RunReport& r) {
   Json j = Json::object();
   for (const MomentumRow& m : r.momentum)
-    j[m.name] = {{"start_Nms", m.start}, {"end_Nms", m.end}, {"largest_Nms", m.largest}};
+    j[m.name] = {{"start_Nms", m.start},
+                 {"end_Nms", m.end},
+                 {"largest_Nms", m.largest},
+                 {"largest_of", m.at_steps ? "steps" : "records"}};
   return j;
 }
 

@@ -10,10 +10,10 @@ namespace {
 
 constexpr double standard_gravity = 9.80665;  // [m/s²], of a specific impulse
 
-void see_momentum(MomentumRow& row, bool first, double value) {
+void see_momentum(MomentumRow& row, bool first, double value, double least, double largest) {
   if (first) row.start = value;
   row.end = value;
-  row.largest = std::max(row.largest, std::fabs(value));
+  row.largest = std::max({row.largest, std::fabs(value), std::fabs(least), std::fabs(largest)});
 }
 
 }  // namespace
@@ -26,8 +26,8 @@ MomentumLedger::MomentumLedger(const Scene& scene, const Assembly& assembly,
   const auto add_wheel = [&](const std::string& joint) {
     for (const MomentumRow& known : wheels_)
       if (known.name == joint) return;
-    wheels_.push_back({joint});
-    wheel_at_.push_back(size_t(m.nq()) + size_t(m.coordinate(joint).q));
+    wheel_at_.push_back(layout.x() + size_t(m.nq()) + size_t(m.coordinate(joint).q));
+    wheels_.push_back({joint, 0, 0, 0, layout.largest(wheel_at_.back()) != wheel_at_.back()});
   };
   for (const Element& e : scene.elements) {
     if (!e.turning_wheel.empty()) add_wheel(e.turning_wheel);
@@ -58,9 +58,13 @@ void MomentumLedger::see(std::span<const double> record) {
   turns_of(layout_, record, turns_);
   workspace_->set_turns(turns_);
   const auto now = mechanics::momentum<double>(m, *workspace_, x.first(nq), x.subspan(nq, nq));
-  for (size_t k = 0; k < wheel_at_.size(); ++k) see_momentum(wheels_[k], first_, x[wheel_at_[k]]);
-  if (!wheels_.empty())
-    see_momentum(wheels_.back(), first_, std::hypot(now.angular.x, now.angular.y, now.angular.z));
+  for (size_t k = 0; k < wheel_at_.size(); ++k) {
+    const size_t at = wheel_at_[k];
+    see_momentum(wheels_[k], first_, record[at], record[layout_.least(at)],
+                 record[layout_.largest(at)]);
+  }
+  const double total = std::hypot(now.angular.x, now.angular.y, now.angular.z);
+  if (!wheels_.empty()) see_momentum(wheels_.back(), first_, total, total, total);
   if (!given_.rows.empty()) see_impulses(record, now);
   first_ = false;
 }

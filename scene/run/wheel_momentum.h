@@ -16,10 +16,11 @@ struct Scene;
 struct Assembly;
 struct RunReport;
 
-/// An angular momentum over a run, at its records [N m s].
+/// An angular momentum over a run [N m s].
 struct MomentumRow {
   std::string name;
   double start = 0, end = 0, largest = 0;  ///< largest: absolute value
+  bool at_steps = false;  ///< the largest is that of all steps, by [run] extrema; else of records
 };
 
 /// Impulse of a thruster, wrench or torquer over a run, in world (in orbit: inertial) axes.
@@ -68,7 +69,7 @@ class MomentumLedger {
   RecordLayout layout_;
   std::optional<mechanics::Workspace<double>> workspace_;  ///< without a mechanism: none
   std::vector<MomentumRow> wheels_;
-  std::vector<size_t> wheel_at_;  ///< of each wheel's momentum in the state
+  std::vector<size_t> wheel_at_;  ///< of each wheel's momentum in a record
   Impulses given_;
   std::vector<At> given_at_;
   mechanics::Momentum<double> start_{};

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tests/run/scenes.h"
+#include "tests/run/shipped.h"
 
 // Smallest and largest values between the records: what a coarse record would not show.
 namespace porthos::test::extrema_test {
@@ -89,6 +89,28 @@ TEST(Extrema, AStoppedRunContinuesThem) {
   std::printf("  in %d parts\n", parts);
   EXPECT_GT(parts, 1);
   EXPECT_TRUE(read_bytes(folder / "whole" / "run.h5") == read_bytes(folder / "parts" / "run.h5"));
+}
+
+/// A wheel is sized by its largest momentum. Control: of records that are far apart.
+TEST(Extrema, MomentaOfWheelsAreThoseOfAllSteps) {
+  const auto wheel_z = [](const std::string& every, const std::string& extrema) {
+    TemporaryFolder folder;
+    const auto s = shipped(folder, "slew", 120,
+                           {{"record_every = 1.0", "record_every = " + every + "\n" + extrema}});
+    const auto a = scene::assemble(s);
+    const auto r = scene::run(s, a, into(folder / "out"));
+    const auto row = std::ranges::find(r.momentum, "wheel_z", &scene::MomentumRow::name);
+    EXPECT_NE(row, r.momentum.end());
+    return *row;
+  };
+  const auto all = wheel_z("0.1", ""), far = wheel_z("60.0", ""),
+             seen = wheel_z("60.0", "extrema = \"state\"");
+  std::printf("  largest of wheel_z: %.6g, every 60 s %.6g, with extrema %.6g N m s\n", all.largest,
+              far.largest, seen.largest);
+  EXPECT_FALSE(far.at_steps || all.at_steps);
+  EXPECT_TRUE(seen.at_steps);
+  EXPECT_DOUBLE_EQ(seen.largest, all.largest);  // the same run, seen at every step
+  EXPECT_LT(far.largest, 0.5 * all.largest);
 }
 
 }  // namespace

@@ -238,7 +238,8 @@ TEST(Judge, TurnsThatAnglesDoNotShowTellNothing) {
   fs::remove_all(folder / "judged");
   write_bytes(folder / "run.csv", in_milliseconds(text));
   const auto late = judge(folder, "run.csv");
-  EXPECT_TRUE(std::ranges::none_of(late.checks, [](const auto& c) { return c.name == "rates"; }));
+  EXPECT_TRUE(
+      std::ranges::none_of(late.checks, [](const auto& check) { return check.name == "rates"; }));
   EXPECT_TRUE(std::ranges::any_of(late.not_applicable, [](const auto& n) {
     return n.name == "rates" && says(n.why, "turns between rows, and its angles do not show them");
   }));
