@@ -55,8 +55,9 @@ const char* const taken_as_one =
     " (settings of sigma nearer than 1/50 of their range count as one)";
 
 /// The places of each setting of σ in order of their deflections. Settings that jitter are put
-/// together: `one` is then the distance below which they are.
-std::map<double, Curve> by_setting(const Rows& rows, double& one) {
+/// together: `one` is then the distance below which they are. @throws InvalidArgument for values
+/// that chain over a fifth of their range: they are no settings
+std::map<double, Curve> by_setting(const Rows& rows, double& one, const std::string& path) {
   std::map<double, std::vector<std::pair<double, double>>> settings;
   for (const auto& [place, repeated] : rows)
     for (const auto& row : repeated) settings[place.first].emplace_back(place.second, row[2]);
@@ -65,13 +66,19 @@ std::map<double, Curve> by_setting(const Rows& rows, double& one) {
     one = (settings.rbegin()->first - settings.begin()->first) / 50;
   std::map<double, Curve> curves;
   for (auto at = settings.begin(); at != settings.end();) {
-    double last = at->first, sum = 0;
+    const double begin = at->first;
+    double last = begin, sum = 0;
     std::vector<std::pair<double, double>> places;
     for (; at != settings.end() && at->first - last <= one; ++at) {
       last = at->first;
       sum += last * double(at->second.size());
       places.insert(places.end(), at->second.begin(), at->second.end());
     }
+    if (one > 0 && last - begin > 10 * one)
+      throw InvalidArgument(fmt::format(
+          "{}: sigma scatters over {:.3g} to {:.3g} without a gap of {:.2g}, 1/50 of its range, "
+          "expected settings: round each sigma to the setting it was meant to be",
+          path, begin, last, one));
     std::ranges::stable_sort(places, {}, &std::pair<double, double>::first);
     Curve& c = curves[sum / double(places.size())];
     for (const auto& [x, y] : places) {
@@ -88,7 +95,7 @@ std::map<double, Curve> by_setting(const Rows& rows, double& one) {
 Measurements gridded(const Rows& rows, double smoothing, const std::string& path) {
   Measurements m;
   std::map<double, Curve> curves;
-  for (const auto& [sigma, c] : by_setting(rows, m.one_setting)) {
+  for (const auto& [sigma, c] : by_setting(rows, m.one_setting, path)) {
     const double one = 0.5 * (c.x.back() - c.x.front()) / double(most_places);
     for (size_t first = 0, i = 1; i <= c.x.size(); ++i) {
       if (i < c.x.size() && c.x[i] - c.x[first] <= one) continue;

@@ -318,6 +318,17 @@ TEST(Table, SettingsThatJitterAreOne) {
               vsa::parse_measurements(apart, "apart.csv", 0.1);
             }).find("has 1 deflections, expected 4 or more (settings of sigma nearer than 1/50"),
             std::string::npos);
+  // A sigma of its own in each row is no setting.
+  std::uniform_real_distribution<double> any(0, 1);
+  std::string scattered = "deflection,sigma,torque\n";
+  for (int i = 0; i <= 400; ++i) {
+    const double phi = -1 + 0.005 * i, sigma = any(generator);
+    scattered += fmt::format("{},{},{}\n", phi, sigma, torque(phi, sigma));
+  }
+  EXPECT_NE(refusal([&] {
+              vsa::parse_measurements(scattered, "any.csv", 0.1);
+            }).find("any.csv: sigma scatters over "),
+            std::string::npos);
 }
 
 TEST(Table, NeedsNoSettingAndTheSignThatHolds) {
