@@ -40,6 +40,23 @@ std::optional<double> number_in(std::string_view cell, char decimal) {
   return as_number(cell);
 }
 
+/// "q [rad]" is "q": the unit is what Porthos expects and writes itself. Other units stay in the
+/// name, which nothing asks for then.
+std::string_view without_unit(std::string_view name) {
+  if (!name.ends_with(']')) return name;
+  const auto open = name.rfind(" [");
+  if (open == std::string_view::npos || open == 0) return name;
+  constexpr std::string_view units[] = {"1", "s", "m", "rad", "kg", "N", "J", "W", "A", "V", "T"};
+  std::string_view unit = name.substr(open + 2, name.size() - open - 3);
+  while (!unit.empty()) {
+    const auto end = std::min(unit.find_first_of(" /"), unit.size());
+    const auto one = unit.substr(0, std::min(unit.find('^'), end));
+    if (std::find(std::begin(units), std::end(units), one) == std::end(units)) return name;
+    unit.remove_prefix(std::min(end + 1, unit.size()));
+  }
+  return without_edges(name.substr(0, open));
+}
+
 [[noreturn]] void fail(const std::string& where, const std::string& why) {
   throw InvalidArgument(where + ": " + why);
 }
@@ -77,7 +94,8 @@ CsvTable::CsvTable(std::string path, const std::string& text) : path_(std::move(
         fail(where, "the line has numbers, expected the names of the columns in the first line");
       for (const auto name : cells) {
         if (name.empty()) fail(where, "a column has no name, expected names in the first line");
-        const auto [at, is_new] = columns_.try_emplace(std::string(name));
+        auto [at, is_new] = columns_.try_emplace(std::string(without_unit(name)));
+        if (!is_new) std::tie(at, is_new) = columns_.try_emplace(std::string(name));
         if (!is_new) fail(where, "two columns are called '" + std::string(name) + "'");
         order.push_back(&at->second);
       }
@@ -102,8 +120,13 @@ std::vector<std::string> CsvTable::names() const {
   return all;
 }
 
+bool CsvTable::has(const std::string& name) const {
+  return columns_.contains(name) || columns_.contains(std::string(without_unit(name)));
+}
+
 std::vector<double> CsvTable::column(const std::string& name) const {
-  const auto found = columns_.find(name);
+  auto found = columns_.find(name);
+  if (found == columns_.end()) found = columns_.find(std::string(without_unit(name)));
   if (found == columns_.end()) {
     Names known;
     for (const auto& [key, column] : columns_) known.push_back(key);

@@ -9,7 +9,8 @@ namespace porthos {
 /// Columns of numbers by name, from a text with the names in its first line. Commas, semicolons or
 /// tabs separate cells, whichever is most frequent among the names. Where it is not the comma, a
 /// number may have a decimal comma, as a spreadsheet writes it. Lines that begin with # and empty
-/// ones are passed over, as is a byte-order mark.
+/// ones are passed over, as is a byte-order mark. A unit without prefix behind a name, "q [rad]", is
+/// no part of it.
 class CsvTable {
  public:
   /// @param path  of the text, in messages
@@ -18,7 +19,7 @@ class CsvTable {
   CsvTable(std::string path, const std::string& text);
 
   std::size_t rows() const { return lines_.size(); }
-  bool has(const std::string& column) const { return columns_.count(column) > 0; }
+  bool has(const std::string& column) const;
   /// The names of its columns, sorted.
   std::vector<std::string> names() const;
   /// @throws InvalidArgument for a missing column (names the nearest one), and with file and line

@@ -126,6 +126,23 @@ std::string ends_of(const ConstraintSpec& spec, const std::string& name) {
   return "";
 }
 
+/// Of a loop joint about or along an axis: which, as a wrong one leaves a gap. Empty of others.
+std::string axes_of(const ConstraintSpec& spec, const std::string& name) {
+  for (const auto& l : spec.loops) {
+    const bool about_z = l.type == "revolute" || l.type == "continuous" || l.type == "prismatic" ||
+                         l.type == "cylindrical" || l.type == "helical";
+    if (l.name != name || !about_z) continue;
+    const auto axis = [](const LinkFrame& f) {
+      const Vec3d z = f.pose.R * Vec3d{0, 0, 1};
+      return "(" + number(z.x, 3) + ", " + number(z.y, 3) + ", " + number(z.z, 3) + ") of " +
+             (f.link.empty() ? "the world" : "'" + f.link + "'");
+    };
+    return ". Its axis is " + axis(l.a) + " and " + axis(l.b) +
+           ", expected axes that the other joints can bring together";
+  }
+  return "";
+}
+
 [[noreturn]] void cannot_close(const ConstraintSet& set, const Vec& g) {
   const auto& b = worst(set, g);
   const bool undefined =
@@ -145,9 +162,10 @@ std::string ends_of(const ConstraintSpec& spec, const std::string& name) {
                           "closed loop");
   double gap = 0;
   for (int r = 0; r < b.size; ++r) gap = std::max(gap, std::fabs(g[size_t(b.at + r)]));
-  throw InvalidArgument(
-      "constraint '" + b.name + "' (" + b.kind + ") " + ends_of(set.spec(), b.name) +
-      "cannot be closed from the given start: a gap of " + number(gap, 3) + " remains");
+  throw InvalidArgument("constraint '" + b.name + "' (" + b.kind + ") " +
+                        ends_of(set.spec(), b.name) +
+                        "cannot be closed from the given start: a gap of " + number(gap, 3) +
+                        " remains" + axes_of(set.spec(), b.name));
 }
 
 /// Newton until the residual is rounding, where it stops getting smaller. correct(g): joint

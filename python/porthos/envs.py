@@ -248,13 +248,16 @@ class VectorEnv(_VectorBase):
 
     def render(self) -> tuple[np.ndarray, ...]:
         """A picture of each environment, (height, width, 3), by a Chromium without a window: some tens of milliseconds each."""
+        return self._draw([self._batch.state(i).x for i in range(self.num_envs)])
+
+    def _draw(self, states: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
         if self.render_mode is None:
             raise InvalidArgument("render_mode is None, expected render_mode='rgb_array' when the environment is made")
         if self._scene is None or self._mechanism is None:
             raise InvalidArgument("there is no scene to draw by, expected one: from_scene, or scene=")
         if self._picture is None:
             self._picture = _picture_of(self._scene, self._mechanism, self._look)
-        return tuple(self._picture.picture(self._batch.state(i).x[: self._mechanism.nq]) for i in range(self.num_envs))
+        return tuple(self._picture.picture(x[: self._mechanism.nq]) for x in states)
 
     def close(self, **_: Any) -> None:
         """Ends the browser that drew pictures."""
@@ -276,7 +279,7 @@ class Env(_EnvBase):
             raise InvalidArgument("num_envs is of VectorEnv, an Env is one")
         if not callable(reward):
             raise InvalidArgument(f"reward is {reward!r}, expected a function of an observation and an action")
-        self._reward, self._ended = reward, True
+        self._reward, self._ended, self._end = reward, True, None
         self._vector = VectorEnv(model, start, reward=self._rewards, limit=limit, **options)
         self.observation_space = self._vector.single_observation_space
         self.action_space = self._vector.single_action_space
@@ -290,7 +293,7 @@ class Env(_EnvBase):
         if gymnasium:
             super().reset(seed=seed)
         observations, info = self._vector.reset(seed=seed, options=options)
-        self._ended = False
+        self._ended, self._end = False, None
         return observations[0], info
 
     def _rewards(self, observations: np.ndarray, actions: np.ndarray) -> list[float]:
@@ -307,6 +310,7 @@ class Env(_EnvBase):
             raise InvalidArgument(f"the action has shape {np.shape(action)}, expected {self.action_space.shape}")
         observations, rewards, terminated, truncated, info = self._vector.step(np.asarray(action)[None])
         self._ended = bool(terminated[0] or truncated[0])
+        self._end = self.batch.final_observations[0].copy() if self._ended else None
         return info.get("final_obs", observations)[0], float(rewards[0]), bool(terminated[0]), bool(truncated[0]), {"failed": True} if "failed" in info else {}
 
     @property
@@ -320,8 +324,8 @@ class Env(_EnvBase):
         return float(self._vector.energies[0])
 
     def render(self) -> np.ndarray:
-        """A picture, (height, width, 3)."""
-        return self._vector.render()[0]
+        """A picture, (height, width, 3); after an episode has ended that of its end, until reset()."""
+        return (self._vector.render() if self._end is None else self._vector._draw([self._end]))[0]
 
     def close(self) -> None:
         """Ends the browser that drew pictures."""
