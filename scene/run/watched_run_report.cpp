@@ -13,6 +13,20 @@ using integrators::Outcome;
 namespace {
 /// Whether the method's remark says where and why.
 bool remarked(Outcome o) { return o == Outcome::singular || o == Outcome::jammed; }
+
+/// What may have ended a run whose step did not converge: regularised friction is stiff.
+std::string note_on_friction(const Scene& s) {
+  std::string names;
+  for (const SceneContact& c : s.contacts)
+    if (c.law.friction > 0 && c.law.creep > 0) add_to_list(names, "'" + c.name + "'");
+  if (names.empty()) return "";
+  return fmt::format(
+      "the friction of {} asks for steps of at most one or two m creep/(friction N), with the mass "
+      "m that the point of contact feels and the largest force N there, which a touch-down has: a "
+      "smaller step, a larger creep, or method = \"auto\", which tries steps",
+      names);
+}
+
 }  // namespace
 
 RunReport WatchedRun::report() const {
@@ -84,6 +98,8 @@ void WatchedRun::add_notes(RunReport& r) const {
     if (const auto waiting = network->waiting(r.held))
       r.checks.push_back({"missed_handovers", double(*waiting), 0, *waiting == 0, false, true});
   }
+  if (outcome_ == Outcome::not_converged)
+    if (const auto why = note_on_friction(scene_); !why.empty()) r.notes.push_back(why);
   add(notes_on_numbers(scene_, r.cost.sweeps));
   if (const auto remark = integrator_->remark(); !remark.empty() && !remarked(outcome_))
     r.notes.push_back(integrator_->declaration().rival

@@ -160,6 +160,40 @@ TEST(ContactRun, StopsInOrbitAndUnderAStepControl) {
     }
 }
 
+/// Feet far from the centre of a light hub feel some per cent of its mass. Control: a shorter step.
+TEST(ContactRun, AStepThatFrictionDoesNotAllowIsNamed) {
+  TemporaryFolder folder;
+  write_bytes(
+      folder / "disc.urdf",
+      R"(<robot name="disc"><link name="hub"><inertial><origin xyz="0 0 0.3"/><mass value="5"/>
+<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>)");
+  std::string text =
+      "[model]\nurdf = \"disc.urdf\"\nbase = \"free\"\n[environment]\ngravity = \"uniform\"\n"
+      "vector = [0, 0, -1.62]\n[initial]\nbase = { position = [0, 0, 0.15], linear_velocity = "
+      "[0.05, 0, -0.3] }\n[integrator]\nmethod = \"gauss8\"\nstep = 0.002\n[run]\nduration = 0.3\n";
+  for (int k = 0; k < 3; ++k)
+    text += fmt::format(
+        "[[contact]]\nname = \"f{}\"\nlinks = [\"hub\"]\nshape = {{ kind = \"sphere\", radius = "
+        "0.03, at = [{}, {}, -0.05] }}\nlaw = \"power\"\nstiffness = 8000\nrestitution = "
+        "0.3\nspeed "
+        "= 0.5\nfriction = 0.6\ncreep = 0.01\n",
+        k, 0.35 * std::cos(2.0944 * k), 0.35 * std::sin(2.0944 * k));
+  write_bytes(folder / "scene.toml", text);
+  auto s = scene::read_scene((folder / "scene.toml").string());
+  const auto told = [](const scene::RunReport& r) {
+    return std::ranges::any_of(r.notes, [](const auto& n) {
+      return says(n, "the friction of 'f0', 'f1', 'f2' asks for steps of at most one or two");
+    });
+  };
+  const auto failed = run_of(s);
+  EXPECT_EQ(failed.outcome, integrators::Outcome::not_converged);
+  EXPECT_TRUE(told(failed));
+  scene::apply(s, {.step = 0.0002});
+  const auto good = run_of(s);
+  EXPECT_EQ(good.outcome, integrators::Outcome::ok);
+  EXPECT_FALSE(told(good));
+}
+
 TEST(ContactRun, RefusalsSayWhereAndWhat) {
   const auto c = [](const std::string& keys) { return refusal(contact_with(keys)); };
   EXPECT_TRUE(says(c("links = [\"rod\"]\n" + stiff), ""));
