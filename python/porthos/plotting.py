@@ -60,7 +60,8 @@ def _lines(ax: "Axes", t: np.ndarray, lines: dict[str, np.ndarray]) -> None:
     shown = {n: y for n, y in lines.items() if np.any(y)}
     if len(lines) <= 4 or len(lines) - len(shown) < 2:
         shown = lines
-    for k, (name, y) in enumerate(shown.items()):
+    first = len(ax.get_legend_handles_labels()[0])  # of another run in the same axes
+    for k, (name, y) in enumerate(shown.items(), first):
         ax.plot(t, y, color=LINES[k % 8], linestyle=DASHES[(k + k // 8) % 8], linewidth=1.2, label=name)
     if idle := len(lines) - len(shown):
         ax.plot([], [], color=SOFT, linewidth=0.6, label=f"{idle} {'others' if shown else 'lines'}: 0")
@@ -174,11 +175,11 @@ def _momenta(ax: "Axes", r: Result) -> None:
 PANELS = {"energies": _energies, "works": _works, "residual": _residual}
 
 
-def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None) -> Any:
+def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, label: str | None = None) -> Any:
     """One panel of a result with axes of its own, or in yours: "energies", "works", "residual", or of the motion "joints", "rates of joints" ...
 
-    what = "motion": all panels of the motion in one figure. The name of a line, as of an output: that line alone. Returns the
-    Figure. Raises InvalidArgument, naming what there is.
+    what = "motion": all panels of the motion in one figure. The name of a line, as of an output: that line alone. label: what a
+    run is called among others in the same axes. Returns the Figure. Raises InvalidArgument, naming what there is.
     """
     if not isinstance(result, Result):
         result = open_result(result)
@@ -198,7 +199,11 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None) -> A
     if axes is not None:
         if len(names) > 1:
             raise InvalidArgument(f"axes are of one panel, expected what to be one of {', '.join(known)}")
+        before = set(axes.get_children())
         draw[names[0]](axes, result)
+        if label is not None:
+            _call(label, [a for a in axes.get_legend_handles_labels()[0] if a not in before])
+            _legend(axes)
         axes.set_xlabel("time [s]", fontsize=8, color=SOFT)
         return axes.figure
     from matplotlib.figure import Figure
@@ -209,6 +214,11 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None) -> A
         ax.set_xlabel("time [s]", fontsize=8, color=SOFT)
     figure.suptitle(result.summary["title"] or "run", x=0.01, ha="left", fontsize=11, color=INK)
     return figure
+
+
+def _call(label: str, lines: list[Any]) -> None:
+    for line in lines:
+        line.set_label(label if len(lines) == 1 else f"{label}: {line.get_label()}")
 
 
 def _histogram(ax: "Axes", title: str, unit: str, y: np.ndarray, passed: np.ndarray, log: bool) -> None:
@@ -260,15 +270,18 @@ def _ensemble(e: EnsembleResult, what: str | None, axes: "Axes | None") -> "Figu
     return figure
 
 
-def plot(result: Result | EnsembleResult | PathLike, path: PathLike | None = None, what: str | None = None, axes: "Axes | None" = None) -> Any:
+def plot(result: Result | EnsembleResult | PathLike, path: PathLike | None = None, what: str | None = None, axes: "Axes | None" = None, label: str | None = None) -> Any:
     """Draws a result, or the one in a folder. path: a .png, .svg or .pdf file; None: plot.png in the folder of the run, or for a
     run in memory the Figure alone, which is returned in any case. Phases of a scene with events have a picture each, but for their
     motion, which is in one. Of an ensemble: histograms over its cases, what: one number by its name.
 
-    what: "motion" or one panel, see panel(); then a file is written only if path names one. axes: matplotlib axes to draw it in.
+    what: "motion" or one panel, see panel(); then a file is written only if path names one. axes: matplotlib axes to draw it in, where
+    several runs may be, each by its label.
     """
     if what is None and axes is not None:
         raise InvalidArgument("axes are of one panel, expected what as well")
+    if label is not None and axes is None:
+        raise InvalidArgument("label is of a run in axes of yours, expected axes as well")
     if not isinstance(result, (Result, EnsembleResult)):
         result = open_result(result)
     if isinstance(result, EnsembleResult):
@@ -284,7 +297,7 @@ def plot(result: Result | EnsembleResult | PathLike, path: PathLike | None = Non
         return [plot(p, None if path is None else Path(path).with_stem(f"{Path(path).stem}_{k}"), what) for k, p in enumerate(phases, 1)]
     if path is None and result.folder is not None and what is None:
         path = result.folder / "plot.png"
-    figure = draw(phases[0]) if what is None else panel(result if of_motion else phases[0], what, axes)
+    figure = draw(phases[0]) if what is None else panel(result if of_motion else phases[0], what, axes, label)
     return _saved(figure, path)
 
 

@@ -308,8 +308,9 @@ class TracePlot {
         log_time_ ? everyday_times(first_, last_) : even_times(last_, look_.beside ? 7 : 5);
     double free = -1e9;
     for (const TimeTick& k : axis.ticks) {
-      const double at = x(k.t), half = 0.45 * text_width(k.text, look_.ticks);
-      svg_->rule(at, bottom_, at, bottom_ + 0.4 * look_.ticks, soft, look_.rule);
+      const double tick = x(k.t), half = 0.45 * text_width(k.text, look_.ticks);
+      const double at = std::min(tick, look_.width - half - 1);  // whole on the page
+      svg_->rule(tick, bottom_, tick, bottom_ + 0.4 * look_.ticks, soft, look_.rule);
       if (at - half < free) continue;
       svg_->text(at, bottom_ + 1.55 * look_.ticks, "middle", look_.ticks, soft, k.text);
       free = at + half + 0.5 * look_.ticks;

@@ -140,6 +140,15 @@ def test_pictures_of_a_scene(source):
     first, second = e.render()
     assert (first != second).any(axis=2).sum() > 200  # the other one moved
     e.close()
+    one = ph.Env.from_scene(scene, render_mode="rgb_array", picture=dict(size=(320, 240), camera="y"), limit=1.0, step=0.01, method="gauss4", longest=60, reward=lambda o, u: 0.0)
+    one.reset(seed=1)
+    begin = one.render()
+    for _ in range(60):
+        one.step(np.ones(one.action_space.shape))
+    assert (one.render() != begin).any(axis=2).sum() > 200  # the end of the episode, not the start of the next
+    one.reset()
+    assert np.array_equal(one.render(), begin)
+    one.close()
     refused(ph.VectorEnv.from_scene(scene, **options).render, "render_mode is None")
     refused(lambda: ph.VectorEnv.from_scene(scene, render_mode="human", **options), "render_mode is 'human', expected 'rgb_array'")
 

@@ -42,6 +42,12 @@ def test_the_motion(run, source, tmp_path):
     which = "joints" if "joints" in titles else "turning joints"
     assert ph.plot(run, what=which, axes=mine) is mine.figure
     assert [t.get_text() for t in mine.get_legend().get_texts()] == list(run.motion()[f"{which} [rad]"])
+    two = Figure().subplots()
+    for name in ("first", "second"):
+        ph.plot(run, what=next(iter(run.motion()["joints [rad]"])), axes=two, label=name)
+    assert [t.get_text() for t in two.get_legend().get_texts()] == ["first", "second"]
+    assert two.get_lines()[0].get_color() != two.get_lines()[1].get_color()
+    refused(lambda: ph.plot(run, what="joints", label="first"), "expected axes as well")
     # rates are the derivatives of positions: central differences of records 1 s apart, of a slow motion
     m = ph.Scene(source / "examples/ets_vii/scene.toml", duration=40).run(tmp_path / "slow", progress=False).motion()
     t = m["time [s]"]["t"]
