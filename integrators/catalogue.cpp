@@ -147,6 +147,9 @@ const Entry& entry_of(const std::string& method) {
 const Declaration& declaration_of(const std::string& method) {
   return entry_of(method).declaration;
 }
+bool knows_method(const std::string& name) {
+  return std::ranges::any_of(catalogue(), [&](const auto& d) { return d.name == name; });
+}
 
 namespace {
 

@@ -120,7 +120,7 @@ const contact::ContactModel* contacts_in(const phs::Model& model) {
 
 /// Whether a method of a scene has rigid contacts without events.
 bool makes_jumps(const std::string& method) {
-  return method != auto_method && integrators::declaration_of(method).needs.contacts;
+  return integrators::knows_method(method) && integrators::declaration_of(method).needs.contacts;
 }
 
 }  // namespace

@@ -18,13 +18,16 @@ void check_method(const std::string& method, const std::string& where) {
   for (const auto& d : integrators::catalogue()) known.push_back(d.name);
   known.push_back(auto_method);
   if (std::find(known.begin(), known.end(), method) == known.end())
-    refuse(where, fmt::format("method is '{}', expected '{}' or another that porthos methods lists",
-                              method, nearest(method, known)));
+    refuse(where,
+           fmt::format("method is '{}', expected '{}' or another that porthos methods lists; "
+                       "one added by a program is known to that program alone",
+                       method, nearest(method, known)));
 }
 
 /// Checks that the method suits the step control; the message names the place in the scene.
 void check_control(const Scene& s, const std::string& where) {
   if (s.step_control == integrators::StepControl::fixed) return;
+  if (s.method != auto_method && !integrators::knows_method(s.method)) return;  // of results
   const char* control = to_string(s.step_control);
   if (s.method == auto_method)
     refuse(where, fmt::format("step_control is \"{}\", but auto chooses a fixed step, expected "
@@ -91,7 +94,7 @@ void read_step_control(const Table& t, Scene& s) {
 void read_integrator(const Table& t, Scene& s) {
   if (t.has("method")) {
     s.method = t.text("method", "the name of a method");
-    check_method(s.method, t.at("method"));
+    if (!t.of_results()) check_method(s.method, t.at("method"));  // one added by a program is kept
   }
   if (s.method != auto_method) t.require("step", "a number of seconds");
   if (t.has("step")) s.step = t.seconds("step");
@@ -166,6 +169,7 @@ void check_pieces(const Scene& s) {
       refuse(e.where, what + ", which method = \"auto\" does not know: expected a method");
     if (s.step_control != integrators::StepControl::fixed)
       refuse(e.where, what + ", which steps of a step_control pass: expected steps of one size");
+    if (!integrators::knows_method(s.method)) return;  // of results
     const auto& method = integrators::declaration_of(s.method);
     if (method.rival || method.order == 0)
       refuse(e.where,

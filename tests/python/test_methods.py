@@ -1,4 +1,7 @@
 """A method of integration written in Python, beside those of the catalogue."""
+import subprocess
+import sys
+
 import numpy as np
 import porthos as ph
 import pytest
@@ -78,6 +81,15 @@ def test_a_method_that_is_refused_at_once_leaves_no_run_to_continue(source, tmp_
         scene().run(out=tmp_path / "run")
     ph.add_method("own_mended", rk4, order=4)
     assert scene().run(out=tmp_path / "run").summary["outcome"] == "ok"
+
+
+def test_results_are_drawn_where_the_method_is_not_known(source, tmp_path):
+    run = tmp_path / "run"
+    ph.Scene(source / "examples/dzhanibekov/scene.toml", method="own_rk4", duration=1).run(out=run, progress=False)
+    ph.report(run)
+    here = (run / "report.html").read_bytes()
+    subprocess.run([sys.executable, "-c", f"import porthos as ph; ph.report({str(run)!r}); ph.plot({str(run)!r}, what='motion')"], check=True)
+    assert len((run / "report.html").read_bytes()) > 0.95 * len(here)  # with the playback
 
 
 def test_faults_of_a_method(source, tmp_path):

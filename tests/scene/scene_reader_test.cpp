@@ -273,7 +273,8 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
       {integrator("step = inf"), "8:8: step is inf, expected a finite number of seconds"},
       {integrator("step = nan"), "8:8: step is nan, expected a finite number of seconds"},
       {integrator("method = \"gaus16\"\nstep = 1"),
-       "8:10: method is 'gaus16', expected 'gauss16' or another that porthos methods lists"},
+       "8:10: method is 'gaus16', expected 'gauss16' or another that porthos methods lists; one "
+       "added by a program is known to that program alone"},
       {integrator("step = 1\niteration_tolerance = -1"),
        "9:23: iteration_tolerance is -1, expected 0 (iterate to rounding) or a number below 1"},
       {integrator("step = 1\nrtol = 0"), "9:8: rtol is 0, expected a number between 0 and 1"},
@@ -354,8 +355,10 @@ TEST_F(SceneReader, OverridesAreRefusedLikeKeys) {
             "--step: duration is 10 s, expected at least one step of 20 s");
   EXPECT_EQ(refused({{}, {}, 0.01}),
             "--duration: duration is 0.01 s, expected at least one step of 0.1 s");
-  EXPECT_EQ(refused({"rk", {}, {}}),
-            "--method: method is 'rk', expected 'rk4' or another that porthos methods lists");
+  EXPECT_EQ(
+      refused({"rk", {}, {}}),
+      "--method: method is 'rk', expected 'rk4' or another that porthos methods lists; one added "
+      "by a program is known to that program alone");
   EXPECT_EQ(s.step, 0.1) << "a refused override must change nothing";
   EXPECT_EQ(s.duration, 10);
 
