@@ -16,15 +16,15 @@ std::string plan_text(const scene::PlanReport& r, const std::string& title,
       r.duration, r.duration / r.step, fmt::format("{:g} s", r.step), r.method, p.cost,
       p.approach > 0 ? fmt::format("{} + ", p.approach) : "", p.iterations, r.seconds, p.residual,
       p.defect, p.stationarity, p.complementarity);
+  if (r.without_approach) text += "begun       at the straight line: the approach led nowhere\n";
   if (p.active_limits > 0) text += fmt::format("limits      {} are reached\n", p.active_limits);
   if (p.status != planning::Plan::Status::optimal)
     return text + fmt::format(
                       "results     {}/: plan.json, motion.csv, costates.csv\n"
                       "no plan     {}{}{}\n"
-                      "            another duration, wider limits, a guess of the torques "
-                      "(docs/planning.md) may help\n",
+                      "            may help: {}\n",
                       out, to_string(p.status), r.obstacles.empty() ? "" : ": ",
-                      fmt::join(r.obstacles, "; "));
+                      fmt::join(r.obstacles, "; "), scene::what_may_help);
   return text +
          fmt::format(
              "replay      ends within {:.1e} of the plan, its energy balance closes to "

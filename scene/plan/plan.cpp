@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "scene/files/files.h"
 #include "scene/plan/obstacles.h"
@@ -116,6 +117,35 @@ void replay(PlanReport& r) {
     r.replay = std::max(r.replay, std::fabs(reached[i] - end[i]) / (1 + std::fabs(end[i])));
 }
 
+/// The solver's plan from the guess. Where the approach leads nowhere it begins at the straight
+/// line itself, and `without_approach` says so.
+planning::Plan solved(const PlanProblem& made, planning::PlannerOptions options,
+                      bool& without_approach) {
+  using Status = planning::Plan::Status;
+  made.problem.check();
+  const auto from_guess = [&]() -> std::optional<planning::Plan> {
+    try {
+      return planning::solve(made.problem, made.guess, options);
+    } catch (const InvalidArgument&) {  // its first steps have no solution
+      return {};
+    }
+  };
+  const auto first = from_guess();
+  if (first &&
+      (first->status == Status::optimal || first->status == Status::stopped || !options.approach))
+    return *first;
+  if (options.approach) {
+    options.approach = false;
+    auto second = from_guess();
+    without_approach = second && second->status == Status::optimal;
+    if (without_approach || (second && (!first || second->status == Status::stopped)))
+      return *second;
+  }
+  if (first) return *first;
+  throw InvalidArgument(std::string("[plan]: the first steps have no solution, expected ") +
+                        what_may_help);
+}
+
 }  // namespace
 
 PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string& out,
@@ -130,7 +160,7 @@ PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string&
   r.step = scene.step;
   r.duration = scene.duration;
   const auto begin = std::chrono::steady_clock::now();
-  r.plan = planning::solve(made.problem, made.guess, wanted.options);
+  r.plan = solved(made, wanted.options, r.without_approach);
   r.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   r.replay = NAN;
   const std::filesystem::path folder(out);

@@ -6,6 +6,13 @@
 
 namespace porthos::scene {
 
+/// Where no plan was found.
+inline constexpr const char* what_may_help =
+    "another duration, wider limits, a shorter step, a rate_weight of 0.05 with a weight of 0.01 "
+    "in "
+    "each joint of [plan.joints], which tame the way, or a guess of the torques "
+    "(docs/planning.md)";
+
 /// What porthos plan found.
 struct PlanReport {
   planning::Plan plan;
@@ -16,6 +23,7 @@ struct PlanReport {
   /// Largest distance of the end of the replayed run from the planned end, over the state numbers,
   /// each relative to 1 + its size; NaN if the replay failed.
   double replay = 0;
+  bool without_approach = false;       ///< the approach led nowhere, the straight line did
   double replay_energy = 0;            ///< largest error of its energy balance, relative
   std::vector<std::string> obstacles;  ///< without a plan: what may be in its way
   std::string replay_path;             ///< of the scene that repeats the plan; empty without a plan
