@@ -88,7 +88,8 @@ class Result(Judged):
         if self._file is None and self.folder is not None:
             if len(self.phases) > 1:
                 raise InvalidArgument(f"{self.folder} has time series by phase: take them from .phases, which are {len(self.phases)}, or by .joined(name)")
-            self._file = RunFile(self.folder / "run.h5")
+            one = self.phases[0] if self.phases else self
+            self._file = RunFile(one.folder / "run.h5")
         return self._file
 
     @property

@@ -56,6 +56,10 @@ ControllerDesign design_potential(const Controller& c, const ControllerPlant& pl
   s.zero_momentum = w.zero_momentum;
   s.rest = stated_start(plant);
   const bool free = plant.scene.urdf.base == mechanics::UrdfOptions::Base::free;
+  if (free && plant.model->mechanism().has_gravity())
+    throw InvalidArgument(
+        "a free base falls in gravity, so no energy of the joints has a rest point: expected an "
+        "[[element]] of type \"controller\" at each joint, which holds it as softly");
   std::vector<std::pair<int, double>> limits;
   bool limited = false;
   for (const JointShaping& j : w.joints)
