@@ -45,8 +45,13 @@ std::string growth_text(const scene::EnergyReport& e) {
 std::string energy_text(const RunReport& r) {
   const auto& e = r.energy;
   std::string scale;
-  for (const auto& [name, joule] : e.scale_parts)
+  double parts = 0;
+  for (const auto& [name, joule] : e.scale_parts) {
     scale += fmt::format("{}{} {:.3g}", scale.empty() ? "" : " + ", name, joule);
+    parts += joule;
+  }
+  if (e.scale_J > 1.001 * parts && !scale.empty())
+    scale = "exchanged by sources and losses; stored: " + scale;
   const std::string rms =
       std::isfinite(e.rms_rel_error) ? fmt::format(", rms {:.3g} relative", e.rms_rel_error) : "";
   return fmt::format("start {:.9g} J, error max {:.3g} J = {:.3g} relative{}\n", e.initial_J,
