@@ -23,6 +23,9 @@ Steps differentiable_steps(const Scene& s, const Assembly& a, const std::string&
     throw InvalidArgument(in_file(s.path) + "a gradient takes " + what + instead);
   };
   if (!s.events.empty()) refuse("no [[event]]");
+  const auto& mechanical = a.reduced ? a.reduced : a.mechanical;
+  if (mechanical && mechanical->constraint_set())
+    refuse("no constraints: loops, couplings, rolling bodies, driven joints");
   if (!s.stops.empty()) refuse("no [[stop]], which ends a run where its state says");
   if (s.orbit) refuse("no [orbit]: its splitting has no adjoint here");
   if (!a.model->holds().empty())

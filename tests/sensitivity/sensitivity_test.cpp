@@ -477,7 +477,7 @@ TEST(Sensitivity, RefusesExamplesByWhatTheyHave) {
         {"dry_joints", "dry friction: they jump"},
         {"vsa_throw", "no [[actuator]]"},
         {"slew", "no sampled controllers, only continuous ones, and 'attitude.wheel_x.torque' is"},
-        {"four_bar", "for Gauss collocation"}}) {
+        {"four_bar", "no constraints: loops"}}) {
     const Scene s =
         read_scene(fmt::format("{}/examples/{}/scene.toml", PORTHOS_SOURCE_DIR, example));
     try {
