@@ -102,8 +102,7 @@ class FileReader {
     if (words.starts_with("XML_")) words.erase(0, 4);
     for (char& c : words) c = c == '_' ? ' ' : char(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
     const std::string all = document.ErrorStr();
-    const auto line = all.find("Line number=");
-    const auto detail = line == all.npos ? line : all.find(": ", line);
+    const auto detail = all.find(": ", all.find("Line number="));  // from npos: npos
     return detail == all.npos ? words : words + " (" + all.substr(detail + 2) + ")";
   }
 
@@ -231,10 +230,10 @@ class FileReader {
     expect(mass, {"value"});
     expect(inertia, {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
     const auto i = [&](const char* name) { return scalar(inertia, name); };
-    const Pose frame = origin(e);
     const Sym3<double> I{i("ixx"), i("ixy"), i("ixz"), i("iyy"), i("iyz"), i("izz")};
-    const MassProperties m{scalar(mass, "value"), frame.r, I, frame.R};
-    // One gram does not extend over metres; the usual cause is a tensor in kg mm^2.
+    const Pose at = origin(e);
+    const MassProperties m{scalar(mass, "value"), at.r, I, at.R};
+    // A gram does not extend over metres: a tensor in kg mm^2.
     const double radius = std::sqrt(std::max({I.xx, I.yy, I.zz, 0.0}) / m.mass);
     if (m.mass > 0 && m.mass < 1 && radius > 1)
       note(inertia, "a mass of " + number(m.mass) + " kg with a radius of gyration of " +
@@ -263,8 +262,9 @@ class FileReader {
 
   void mimic(const XMLElement& e, const std::string& own) {
     expect(e, {"joint", "multiplier", "offset"});
-    const std::string other = required(e, "joint"), why = "<mimic> ignored: it does not follow ";
-    if (!options_.couple_mimics) return note(e, why + "joint " + named(other));
+    const std::string other = required(e, "joint");
+    if (!options_.couple_mimics)
+      return note(e, "<mimic> ignored without mimic = \"couple\": joint " + named(other));
     const auto by = [&](const char* key, double d) { return optional_scalar(e, key).value_or(d); };
     mimics_.push_back({own + ".mimic", {{own, 1}, {other, -by("multiplier", 1)}}, by("offset", 0)});
   }

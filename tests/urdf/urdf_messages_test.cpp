@@ -38,7 +38,7 @@ TEST(UrdfNotes, EveryKind) {
                   .mechanism.joint_properties()
                   .empty());
   expect_notes(arm("revolute", "\n<mimic joint='k' multiplier='2' offset='0'/>"),
-               {"r.urdf:5: joint 'j': <mimic> ignored: it does not follow joint 'k'"});
+               {"r.urdf:5: joint 'j': <mimic> ignored without mimic = \"couple\": joint 'k'"});
   expect_notes(arm("revolute", "<limit lower='-1' upper='1'/>"), {});
   expect_notes(arm("revolute", "<limit lower='-1' upper='1' effort='8' velocity='9'/>"),
                {"r.urdf:4: 1 x <limit> effort or velocity: not enforced"});
