@@ -17,5 +17,6 @@ void add_entries(Entries (*family)());
 void add_entry(Entry entry);
 /// @throws InvalidArgument for an unknown name, which lists the known ones
 const Entry& entry_of(const std::string& method);
+bool knows_method(const std::string& name);
 
 }  // namespace porthos::integrators

@@ -229,7 +229,6 @@ const std::deque<Declaration>& catalogue();
 /// The declaration of a method. @throws InvalidArgument for an unknown name, which lists the known
 /// ones
 const Declaration& declaration_of(const std::string& method);
-bool knows_method(const std::string& name);
 
 /// Why a method cannot integrate a system, or nothing if it can.
 std::optional<std::string> misfit(const Declaration& method, const phs::Description& system);

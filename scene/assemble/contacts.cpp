@@ -8,6 +8,7 @@
 #include "contact/sticking.h"
 #include "contact/time_stepping.h"
 #include "contact/urdf_shapes.h"
+#include "integrators/catalogue.h"
 #include "integrators/control/switching.h"
 #include "phs/network/network.h"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "integrators/catalogue.h"
 #include "integrators/core/integrator.h"
 
 namespace porthos::scene {
