@@ -424,7 +424,8 @@ TEST_F(SensitivityOfArms, IsWrittenAsTextJsonAndTable) {
 TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
   const Scene s = arm(arm_numbers(), false);
   const auto refused = [&](const Scene& scene, SensitivityRequest request = {}) {
-    return refusal([&] { (void)end_sensitivity(scene, request); });
+    const auto text = refusal([&] { (void)end_sensitivity(scene, request); });
+    return text.substr(0, text.find("; for inputs that are named (--by "));
   };
   EXPECT_EQ(refused(s, {.of = {"tip.w"}}).substr(0, 52),
             "scene.toml: there is no 'tip.w' at the end of a run,");
@@ -434,12 +435,7 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
   Scene other = s;
   other.method = "rk4";
   EXPECT_NE(refused(other).find("not for 'rk4'"), std::string::npos);
-  const auto takes = [](const std::string& what) {
-    return "scene.toml: a gradient takes " + what +
-           "; for inputs that are named (--by base.mass,joint_1.velocity; by= in Python) the "
-           "slopes "
-           "are differences of whole runs";
-  };
+  const auto takes = [](const std::string& what) { return "scene.toml: a gradient takes " + what; };
   other = s;
   other.step_control = integrators::StepControl::reversible;
   EXPECT_EQ(refused(other),
