@@ -73,6 +73,29 @@ TEST(ControllerScene, TheShippedSlewPassesItsVerdictAndArrives) {
   EXPECT_LT(std::fabs(at_end(loose, run_of(loose), "base.attitude")), 0.99);
 }
 
+/// A law that is held too long is refused before it throws the craft about. Control: the stated rate
+/// with which the refused one would do.
+TEST(ControllerScene, AnAttitudeLawThatIsHeldTooLongIsRefused) {
+  TemporaryFolder folder;
+  const auto at = [&](const char* rate) {
+    const auto s = shipped(folder, "slew", 20,
+                           {{"rate = 10.0", std::string("rate = ") + rate},
+                            {"damping = [90.0, 90.0, 90.0]", "damping = [9000.0, 90.0, 90.0]"}});
+    return run_of(s);
+  };
+  std::string why;
+  try {
+    (void)at("2.0");
+  } catch (const InvalidArgument& e) {
+    why = e.what();
+  }
+  EXPECT_TRUE(says(why, "sampled fails: "));
+  EXPECT_TRUE(says(why, "at rate = 2 Hz the damping 9000 N m s/rad about x acts on "));
+  EXPECT_TRUE(says(why, "Hz or more"));
+  const auto held = at("40.0");
+  EXPECT_EQ(held.outcome, integrators::Outcome::ok);
+}
+
 TEST(ControllerScene, APotentialHoldsJointsAgainstGravityInEachWay) {
   for (const auto& [gravity, arrives] :
        {std::pair{"compensate", true}, {"constant", true}, {"keep", false}}) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "energy_shaping/wheel_base.h"
+#include "mechanics/crba.h"
 #include "mechanics/rotation.h"
 #include "mechanics/urdf.h"
 #include "phs/scalars/pack.h"
@@ -81,10 +82,45 @@ ControllerDesign design_one(const Controller& c, const ControllerPlant& plant,
   return {std::move(laws), std::move(all)};
 }
 
+/// Held for a period T, the moment -k θ - d ω about an axis with the inertia J is stable up to d T =
+/// 2 J and k T = 2 d. J is that of the whole craft, locked, about its centre: joints that give way
+/// make it smaller.
+void certify_sampled(energy_shaping::Certificate& all, const Controller& c,
+                     const ControllerPlant& plant, const WheelAttitude& w) {
+  const auto& m = plant.model->mechanism();
+  const std::string base = mechanics::base_joint_name;
+  const auto turn = size_t(m.coordinate(base + ".attitude").v),
+             move = size_t(m.coordinate(base + ".position").v), nv = size_t(m.nv());
+  mechanics::Workspace<double> workspace(m);
+  std::vector<double> M(nv * nv);
+  mechanics::crba<double>(m, workspace, stated_start(plant), M);
+  const double mass = M[move * (nv + 1)], T = 1 / c.rate;
+  double worst = 0;
+  std::string text;
+  for (size_t i = 0; i < 3; ++i) {
+    double J = M[(turn + i) * (nv + 1)];
+    for (size_t k = 0; k < 3; ++k) J -= std::pow(M[turn + i + nv * (move + k)], 2) / mass;
+    const double d = w.damping[int(i)], k = w.stiffness[int(i)];
+    const double part = std::max(d * T / (2 * J), d > 0 ? k * T / (2 * d) : 0);
+    if (part <= worst) continue;
+    worst = part;
+    text = fmt::format(
+        "of the rate that it needs: at rate = {:.6g} Hz the damping {:.4g} N m s/rad "
+        "about {} acts on {:.4g} kg m^2 of the whole craft",
+        c.rate, d, std::string(1, "xyz"[i]), J);
+    if (part > 1) text += fmt::format(", expected {:.3g} Hz or more", 1.05 * part * c.rate);
+  }
+  all.at_most("sampled", worst, 1, text);
+}
+
 /// All attitudes of the run, each by a law of its own.
 ControllerDesign design_attitude(const Controller& c, const ControllerPlant& plant,
                                  const WheelAttitude& w) {
   ControllerDesign all = design_one(c, plant, w, w.attitudes[0]);
+  if (c.rate > 0) {
+    certify_sampled(all.certificate, c, plant, w);
+    energy_shaping::refuse_failure(all.certificate);
+  }
   std::vector<std::vector<energy_shaping::PortLaw>> of_port;
   for (const auto& law : all.laws) of_port.push_back({law});
   for (size_t k = 1; k < w.attitudes.size(); ++k) {  // the conditions are those of the first
