@@ -20,7 +20,7 @@ std::string plan_text(const scene::PlanReport& r, const std::string& title,
   if (p.active_limits > 0) text += fmt::format("limits      {} are reached\n", p.active_limits);
   if (p.status != planning::Plan::Status::optimal)
     return text + fmt::format(
-                      "results     {}/: plan.json, motion.csv, costates.csv\n"
+                      "results     {}/: plan.json, plan.svg, motion.csv, costates.csv\n"
                       "no plan     {}{}{}\n"
                       "            may help: {}\n",
                       out, to_string(p.status), r.obstacles.empty() ? "" : ": ",
@@ -29,7 +29,7 @@ std::string plan_text(const scene::PlanReport& r, const std::string& title,
          fmt::format(
              "replay      ends within {:.1e} of the plan, its energy balance closes to "
              "{:.1e}{}: porthos verify {}\n"
-             "results     {}/: plan.json, motion.csv, costates.csv, replay.toml\n",
+             "results     {}/: plan.json, plan.svg, motion.csv, costates.csv, replay.toml\n",
              r.replay, r.replay_energy,
              r.replay_energy > 1e-9 ? " (a shorter step or a higher order closes it better)" : "",
              r.replay_path, out);

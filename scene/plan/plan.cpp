@@ -9,6 +9,7 @@
 
 #include "scene/files/files.h"
 #include "scene/plan/obstacles.h"
+#include "scene/plan/plan_plot.h"
 #include "scene/plan/replay_scene.h"
 #include "scene/run/watched_run.h"
 
@@ -167,6 +168,10 @@ PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string&
   make_folder(folder);
   const auto& d = assembly.model->description();
   write_file(folder / "motion.csv", motion_csv(made, d, r.plan.motion));
+  write_file(folder / "plan.svg",
+             plan_plot(scene, assembly, wanted, made, r.plan.motion,
+                       fmt::format("plan over {:g} s by {}: {}, cost {:.6g}", r.duration, r.method,
+                                   to_string(r.plan.status), r.plan.cost)));
   write_file(folder / "costates.csv", costates_csv(made, d, r.plan.costates));
   if (r.plan.status == planning::Plan::Status::optimal) {
     r.replay_path = (folder / "replay.toml").string();

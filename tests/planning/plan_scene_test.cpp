@@ -71,6 +71,11 @@ TEST_F(PlanScene, WritesASceneThatReplays) {
     EXPECT_EQ(lines, 52) << name;  // names and 51 ends of steps
   }
 
+  std::ifstream picture(folder_ / "out/plan.svg");
+  const std::string svg{std::istreambuf_iterator<char>(picture), {}};
+  for (const char* part : {"angle [rad]", "place [m]", "force [N]", ">hinge<", ">slide<"})
+    EXPECT_NE(svg.find(part), svg.npos) << part;
+
   const Scene replay = read_scene(r.replay_path);
   scene::RunOptions options;
   options.out = (folder_ / "run").string();
