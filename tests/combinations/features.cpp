@@ -216,6 +216,12 @@ std::vector<Feature> all() {
        {},
        "[[controller]]\ntype = 'potential'\nname = 'law@'\n"
        "joints.joint@ = { stiffness = 3, damping = 1, target = 0.2 }\ngravity = 'keep'\n"},
+      {"whole-body law",
+       {"whole_body"},
+       {},
+       {},
+       "[[controller]]\ntype = 'whole_body'\nname = 'whole@'\nrate = 10\n"
+       "[[controller.task]]\nquantity = 'posture'\nbandwidth = 1\n"},
       {"law in Python, tank",
        {"own"},
        {},
