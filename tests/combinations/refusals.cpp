@@ -19,9 +19,11 @@ const Names splittings{"splitting strang", "splitting aba864"},
     states{"dc_motor",       "drive fixed", "drive torque",
            "drive position", "drive rate",  "drive servo"},
     // what damps, and laws that nobody can know not to
-    losses{"damper",  "friction",   "dry friction",  "controller",      "sampled controller",
-           "wheel",   "cmg",        "ball joint",    "soft_latch",      "engage and disengage",
-           "contact", "joint_stop", "rigid contact", "law over joints", "law in Python, tank"},
+    losses{
+        "damper",        "friction",   "dry friction",  "controller",      "sampled controller",
+        "wheel",         "cmg",        "ball joint",    "soft_latch",      "engage and disengage",
+        "contact",       "joint_stop", "rigid contact", "law over joints", "law in Python, tank",
+        "whole-body law"},
     canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"};
 
 }  // namespace
@@ -70,7 +72,7 @@ const std::vector<Refusal>& refusals() {
        controls + Names{"auto", "compare", "radau15", "rival, cvode_adams"},
        "The force jumps between its pieces, which are whole numbers of steps: steps of other sizes "
        "pass the jumps."},
-      {{"sampled controller", "law in Python, tank"},
+      {{"sampled controller", "law in Python, tank", "whole-body law"},
        {"compare"},
        "A sampled controller is another system at each size of the step: there is no one motion to "
        "converge to."},
@@ -107,7 +109,7 @@ const std::vector<Refusal>& refusals() {
        "it "
        "at every instant, and what rolls has no Hamiltonian to transform."},
       {{"motion"}, {"lock above"}, "A joint that moves as told does not stop."},
-      {{"law over joints"},
+      {{"law over joints", "whole-body law"},
        couplings + Names{"motion", "rolling"},
        "The conditions of the laws are those of trees: a rest point on a loop balances with its "
        "multipliers, which no certificate looks at yet."},
