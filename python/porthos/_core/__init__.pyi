@@ -1722,7 +1722,7 @@ def add_method(name: str, step: Callable[..., Any], *, order: int, title: str = 
     """Adds a method of integration of your own to those of scenes, simulate() and compare().
 
     step(field, t, x, h) returns x(t + h) - x(t), an array (nx,): the difference keeps the digits that x + difference would lose. t
-    [s] and h [s] are numbers, h also negative; x is an array (nx,) of state numbers; field(t, x) returns their rates (nx,). A
+    [s] and h [s] are numbers, h also negative; x is a read-only array (nx,) of state numbers; field(t, x) returns their rates (nx,). A
     step may depend on its arguments alone. In derivatives and 113-bit references the arrays hold Dual or Quad numbers: write
     the step with operators and numpy's functions. symmetric and energy_exact are checked by
     verify(); order, symplectic and quadratic_invariants are believed. A second call with the same name replaces the method. One
@@ -1761,7 +1761,7 @@ def compare_methods(scene: SceneData, assembly: Assembly, methods: list[str], bu
     ...
 
 def error_statistics(errors: list[float]) -> dict:
-    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 or so) and drift_is_significant (means over parts of the series, beyond five standard errors of a random walk)."""
+    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift or faster; nan for less than 32 or so), drift_is_significant (means over parts of the series, beyond five standard errors of a random walk) and swing_growth (how many times larger the scatter is in the last part than in the first, if it rises from part to part, else 1)."""
     ...
 
 def moved_in(folder: os.PathLike) -> tuple:
@@ -1860,7 +1860,7 @@ def lyapunov_spectrum(model: Model, x: Any, step: float, steps: int, *, method: 
     """
     ...
 
-def sensitivity_of_scene(scene: SceneData, of: list[str], uncertainty: Optional[float]) -> dict:
+def sensitivity_of_scene(scene: SceneData, of: list[str], by: list[str], uncertainty: Optional[float], threads: int) -> dict:
     """What Scene.sensitivity() calls."""
     ...
 
