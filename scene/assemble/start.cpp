@@ -296,7 +296,7 @@ Beginning start_of(const Scene& scene, const Assembly& a) {
   if (record)
     note =
         note_of(*scene.start_from, *record, {with_centre, kinetic_energy_of(*a.mechanical, start)},
-                scene.orbit ? &*scene.orbit : nullptr);
+                scene.orbit ? &*scene.orbit : nullptr, a.parts);
   auto x = a.mechanical->state(start.q, start.v);
   x.resize(size_t(internal.description().nx), 0.0);  // elements start without stored energy
   for (const auto& [name, own] : start_actuators(*a.mechanical, scene.actuators, start.q))

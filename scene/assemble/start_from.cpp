@@ -2,12 +2,16 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 
 #include "mechanics/reconfiguration.h"
+#include "scene/assemble/assembly.h"
 #include "scene/assemble/detail/start.h"
 #include "scene/files/hdf5_file.h"
+#include "scene/read/scene_texts.h"
 
 namespace porthos::scene {
 
@@ -135,10 +139,39 @@ std::string note_of_orbit(const StartFrom& from, const OrbitScene& orbit) {
   return note;
 }
 
+/// The bodies that have other masses or inertias than in that run; empty where that cannot be told.
+std::string heavier_or_lighter(const StartFrom& from, const mechanics::MechanismBuilder& parts) {
+  std::string names;
+  if (from.scene_text.empty()) return names;
+  try {
+    const Scene scene =
+        read_scene_again((std::filesystem::path(from.folder) / "scene.toml").string(),
+                         {from.scene_text, from.model_text, input_files(from.files_text)});
+    const auto numbers = [](const mechanics::BodySpec& b) {
+      const auto I = mechanics::rotated(b.mass.axes, b.mass.inertia);
+      const auto& c = b.mass.com;
+      return std::array{b.mass.mass, c.x, c.y, c.z, I.xx, I.xy, I.xz, I.yy, I.yz, I.zz};
+    };
+    const Assembly before = assemble(scene);
+    for (const auto& b : before.parts.bodies()) {
+      const auto own = std::ranges::find(parts.bodies(), b.name, &mechanics::BodySpec::name);
+      if (own == parts.bodies().end()) continue;
+      const auto was = numbers(b), is = numbers(*own);
+      const bool same = std::ranges::equal(was, is, [](double x, double y) {
+        return std::fabs(x - y) <= 1e-9 * std::fmax(std::fabs(x), std::fabs(y));
+      });
+      if (!same) add_to_list(names, "'" + b.name + "'");
+    }
+  } catch (const InvalidArgument&) {  // of another version, or it names files that are gone
+  }
+  return names;
+}
+
 }  // namespace
 
 std::string note_of(const StartFrom& from, const FromRecord& record,
-                    const std::array<double, 2>& own, const OrbitScene* orbit) {
+                    const std::array<double, 2>& own, const OrbitScene* orbit,
+                    const mechanics::MechanismBuilder& parts) {
   std::string note =
       fmt::format("the start is the record at {:.17g} s of {}{}", from.time, from.folder,
                   from.low_words ? "" : ", whose low words were not recorded");
@@ -155,6 +188,12 @@ std::string note_of(const StartFrom& from, const FromRecord& record,
           from.where, lost));
     return note + "; " + lost;
   }
+  if (const auto names = heavier_or_lighter(from, parts); !names.empty())
+    return note +
+           fmt::format(
+               ". Rates jump: momenta are continued, and the masses or inertias of {} are not "
+               "those of that run; expected its model, mass_factor and inertia",
+               names);
   const auto other = [&](double energy) {
     return std::fabs(energy - *from.kinetic) > 1e-6 * std::fmax(energy, *from.kinetic);
   };

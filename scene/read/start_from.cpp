@@ -96,6 +96,11 @@ void read_record(const fs::path& path, const double* at, StartFrom& from) {
   for (const char* part : {"stored/kinetic", "stored/base.kinetic", "stored/links.kinetic"})
     if (file.datasets().count(part))
       from.kinetic = from.kinetic.value_or(0) + row_of(file, part, k)[0];
+  for (const auto& [name, to] : {std::pair{"scene", &from.scene_text},
+                                 {"model", &from.model_text},
+                                 {"files", &from.files_text}})
+    if (file.datasets().count(std::string("provenance/") + name))
+      *to = file.text(std::string("provenance/") + name);
   if (!file.datasets().count("joined")) return;
   from.joined = joined_of(file.text("joined"));
   for (const auto& [block, v] : from.joined.locked) {

@@ -30,6 +30,8 @@ struct StartFrom {
   std::map<std::string, Numbers> state, momentum;
   std::map<std::string, std::int64_t> turns;  ///< by the names of the angles
   std::optional<double> kinetic;              ///< its kinetic energy [J]
+  /// The texts of that run's scene, its model and its other files, as run.h5 has them.
+  std::string scene_text, model_text, files_text;
   /// What its events had joined and locked by then. Locked coordinates are in state and turns too,
   /// with no momentum.
   Joined joined;

@@ -73,8 +73,8 @@ TEST(ControllerScene, TheShippedSlewPassesItsVerdictAndArrives) {
   EXPECT_LT(std::fabs(at_end(loose, run_of(loose), "base.attitude")), 0.99);
 }
 
-/// A law that is held too long is refused before it throws the craft about. Control: the stated rate
-/// with which the refused one would do.
+/// A law that is held too long is refused before it throws the craft about. Control: a rate with
+/// which it would do.
 TEST(ControllerScene, AnAttitudeLawThatIsHeldTooLongIsRefused) {
   TemporaryFolder folder;
   const auto at = [&](const char* rate) {

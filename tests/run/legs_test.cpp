@@ -130,8 +130,9 @@ TEST(Legs, OtherMassesThanTheRecordsAreTold) {
   const auto note = [&](const std::string& model) {
     return scene::assemble(leg(model, "from = 'first'\n")).notes.back().text;
   };
-  EXPECT_TRUE(says(note(""), "Its rates jump: its kinetic energy was "));
-  EXPECT_FALSE(says(note(heavy), "rates jump")) << "control: the model of that run";
+  EXPECT_TRUE(says(note(""), ". Rates jump: momenta are continued, and the masses or inertias of "
+                             "'lower' are not those of that run"));
+  EXPECT_FALSE(says(note(heavy), "ates jump")) << "control: the model of that run";
 }
 
 }  // namespace

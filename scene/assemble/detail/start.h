@@ -40,6 +40,7 @@ Start taken_apart(const StartFrom& from, const mechanics::MechanismBuilder& part
 /// What is told of a start that is a record. own: its kinetic energy by this model, with and
 /// without the motion of the centre of mass [J]; orbit: of the scene, or null.
 std::string note_of(const StartFrom& from, const FromRecord& record,
-                    const std::array<double, 2>& own, const OrbitScene* orbit);
+                    const std::array<double, 2>& own, const OrbitScene* orbit,
+                    const mechanics::MechanismBuilder& parts);
 
 }  // namespace porthos::scene
