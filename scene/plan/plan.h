@@ -29,9 +29,9 @@ struct PlanReport {
   std::string replay_path;             ///< of the scene that repeats the plan; empty without a plan
 };
 
-/// Plans a scene and writes into the folder `out`: plan.json, plan.svg, motion.csv, costates.csv, and, if an
-/// optimum was found, replay.toml with model.urdf, which porthos run runs and porthos verify
-/// checks. The replay is run once in memory.
+/// Plans a scene and writes into the folder `out`: plan.json, plan.svg, motion.csv, costates.csv,
+/// and, if an optimum was found, replay.toml with model.urdf, which porthos run runs and porthos
+/// verify checks. The replay is run once in memory.
 /// @throws InvalidArgument as read_plan(), plan_problem() and planning::solve(); IoError
 PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string& out,
                 const std::atomic<bool>* stop = nullptr);

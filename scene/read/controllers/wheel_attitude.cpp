@@ -83,8 +83,8 @@ ControllerDesign design_one(const Controller& c, const ControllerPlant& plant,
 }
 
 /// Held for a period T, the moment -k θ - d ω about an axis with the inertia J is stable up to
-/// d T = 2 J and k T = 2 d. J is that of the whole craft, locked, about its centre: joints that give
-/// way make it smaller.
+/// d T = 2 J and k T = 2 d. J is that of the whole craft, locked, about its centre: joints that
+/// give way make it smaller.
 void certify_sampled(energy_shaping::Certificate& all, const Controller& c,
                      const ControllerPlant& plant, const WheelAttitude& w) {
   const auto& m = plant.model->mechanism();
