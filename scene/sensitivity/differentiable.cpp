@@ -11,9 +11,7 @@ namespace porthos::scene {
 Scene scene_with_slopes(Scene scene, const std::string& command, const std::string& instead) {
   if (!scene.actuators.empty())
     throw InvalidArgument(in_file(scene.path) + command +
-                          " takes no [[actuator]]: where its motor starts follows from the joints, "
-                          "by rules without slopes" +
-                          instead);
+                          " takes no [[actuator]]: the start of its motor has no slopes" + instead);
   scene.centre_stays = true;
   return scene;
 }

@@ -18,8 +18,7 @@ namespace {
 using integrators::Objective;
 
 constexpr const char* by_differences =
-    "; for inputs that are named (--by base.mass,joint_1.velocity; by= in Python) the slopes are "
-    "differences of whole runs";
+    "; --by base.mass (by= in Python) takes differences of whole runs";
 
 void check_request(const SensitivityRequest& request) {
   if (request.uncertainty && !(*request.uncertainty > 0 && std::isfinite(*request.uncertainty)))

@@ -269,8 +269,9 @@ TEST_F(Cli, TellsWhatTheEndDependsOn) {
        "relative to each parameter\n"},
       {"--method rk4",
        "porthos: derivatives of a run are there for Gauss collocation (gauss2 to "
-       "gauss16, midpoint) and its compositions (yoshida4, kahan_li8 ...), not for 'rk4'; for inputs that are named (--by "
-       "base.mass,joint_1.velocity; by= in Python) the slopes are differences of whole runs\n"}};
+       "gauss16, midpoint) and its compositions (yoshida4, kahan_li8 ...), not for 'rk4'; --by "
+       "base.mass (by= in "
+       "Python) takes differences of whole runs\n"}};
   for (const auto& [option, message] : wrong) {
     a = porthos(std::string("sensitivity swing/scene.toml --out wrong ") + option);
     EXPECT_EQ(a.code, 2) << option;

@@ -87,7 +87,7 @@ def test_a_scene_has_the_gradient_of_its_model(source, tmp_path):
     assert shorter.gradient(end=cost).cost != g.cost
     by_midpoint = ph.Scene(folder / "ets_vii/scene.toml", duration=10, method="kahan_li8").gradient(end=cost)
     assert np.allclose(by_midpoint.start, g.start, rtol=0, atol=1e-4 * np.abs(g.start).max())
-    refused(lambda: ph.Scene(folder / "four_bar/scene.toml").gradient(end=cost), "for Gauss collocation")
+    refused(lambda: ph.Scene(folder / "four_bar/scene.toml").gradient(end=cost), "no constraints: loops")
 
 
 def test_tangents_along_a_run():
@@ -134,7 +134,7 @@ def test_differences_of_runs_are_for_every_scene(source):
     assert by.runs == 25 and whole.runs == 0 and np.isnan(whole.errors).all()
     assert by.inputs == [name] and by.is_start.all() and np.isnan(by.growth).all()
     assert abs(by.slope(of, name) - whole.slope(of, name)) <= 3 * by.errors[0, 0] + 1e-14
-    capture = ph.Scene(source / "examples/capture/scene.toml", duration=30)
+    capture = ph.Scene(source / "examples/capture/scene.toml", duration=210)
     s = capture.sensitivity("wheel_z.velocity", by=["target.mass"], threads=2)
     assert s.errors[0, 0] < 1e-6 * abs(s.slopes[0, 0]) and "differences of 25 runs" in str(s)
 

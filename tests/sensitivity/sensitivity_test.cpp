@@ -425,7 +425,7 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
   const Scene s = arm(arm_numbers(), false);
   const auto refused = [&](const Scene& scene, SensitivityRequest request = {}) {
     const auto text = refusal([&] { (void)end_sensitivity(scene, request); });
-    return text.substr(0, text.find("; for inputs that are named (--by "));
+    return text.substr(0, text.find("; --by "));
   };
   EXPECT_EQ(refused(s, {.of = {"tip.w"}}).substr(0, 52),
             "scene.toml: there is no 'tip.w' at the end of a run,");
