@@ -190,7 +190,7 @@ std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
       throw scene.constraints.placed(e);
     }
   }();
-  check_stated_rates(scene, m, s.v);
+  if (moved.rank < m.nv()) check_stated_rates(scene, m, s.v);
   const std::string stiff =
       moved.rank < m.nv()
           ? ""

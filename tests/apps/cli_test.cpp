@@ -143,7 +143,7 @@ TEST_F(Cli, AnUnknownMethodNamesTheNearest) {
   EXPECT_EQ(a.code, 2);
   EXPECT_EQ(a.err,
             "porthos: --method: method is 'gauss17', expected 'gauss16' or another that porthos "
-            "methods lists\n");
+            "methods lists; one added by a program is known to that program alone\n");
 }
 
 TEST_F(Cli, MethodsPrintsTheCatalogue) {

@@ -306,12 +306,13 @@ TEST(Schema, WordsAreThoseOfTheReader) {
       const auto there = text.rfind("\n" + k.name + " = ");
       if (there != text.npos) text.erase(there, text.find('\n', there + 1) - there);
       const std::string said = refusal(with(text, k.name + " = \"zzz\""));
-      if (k.name == "method") {  // too many for a sentence: it names the nearest and the list
+      if (k.name ==
+          "method") {  // of results any, as programs add some; SceneReader has the sentence
         std::vector<std::string> known{auto_method};
         for (const auto& d : integrators::catalogue()) known.push_back(d.name);
         EXPECT_TRUE(
             std::is_permutation(k.words.begin(), k.words.end(), known.begin(), known.end()));
-        EXPECT_NE(said.find("another that porthos methods lists"), said.npos) << said;
+        EXPECT_EQ(said, "");
         continue;
       }
       for (const auto& word : k.words)
