@@ -129,6 +129,43 @@ std::vector<std::string> each_number(const std::vector<std::string>& by, const A
   return names;
 }
 
+/// The runs beside the nominal one, as ridders() asks for them: first up, then down, ever nearer.
+class Beside {
+ public:
+  explicit Beside(const std::vector<double>& nominal) : nominal_(nominal) {}
+  std::span<const double> add(double d, std::vector<double> numbers) {
+    runs_.push_back({std::fabs(d), std::move(numbers)});
+    return runs_.back().numbers;
+  }
+  /// How far the slopes of both sides are apart, of a number whose difference does not shrink with
+  /// the distance as that of a smooth one does, and is no rounding: half of it is the error of a
+  /// central difference, which does not see it. Else 0.
+  double kink(size_t k, double rounding) const {
+    double far = 0, least = HUGE_VAL;
+    int seen = 0;
+    for (size_t i = 0; i + 1 < runs_.size(); i += 2) {
+      const double d = runs_[i].distance,
+                   apart =
+                       std::fabs(runs_[i].numbers[k] + runs_[i + 1].numbers[k] - 2 * nominal_[k]) /
+                       d;
+      if (!std::isfinite(apart)) continue;
+      if (i < 6) far = std::max(far, apart);  // within the first eighth of the change
+      if (!(apart > 8 * rounding / d)) continue;
+      least = std::min(least, apart);
+      ++seen;
+    }
+    return seen > 3 && least > 0.5 * far ? least : 0;  // of a smooth one it shrank to an eighth
+  }
+
+ private:
+  struct Run {
+    double distance;
+    std::vector<double> numbers;
+  };
+  const std::vector<double>& nominal_;
+  std::vector<Run> runs_;
+};
+
 void add_notes(EndSensitivity& r, const std::vector<std::string>& why) {
   std::vector<std::string> uncertain, none;
   size_t more = 0;
@@ -192,41 +229,41 @@ EndSensitivity end_differences(const Scene& given, const SensitivityRequest& req
     ++done;
     if (request.progress) request.progress(double(done) / double(r.runs));
   };
+  // Of numbers like it: one of them that is zero has their rounding.
+  std::vector<double> rounding(values.size());
+  for (size_t k = 0; k < values.size(); ++k)
+    for (size_t l = 0; l < values.size(); ++l)
+      if (units[l] == units[k])
+        rounding[k] = std::max(rounding[k], rounding_of_run * std::fabs(values[l]));
   ensemble::in_parallel(request.threads, int(unknowns.size()), [&](int i) {
-    std::vector<double> numbers;
-    const auto beside = [&](double d) {
+    Beside beside(values);
+    const auto run = [&](double d) {
       auto z = unknowns.start();
       z[size_t(i)] += d;
       Scene s = unknowns.at(z);
       s.centre_stays = scene.centre_stays;
       s.choice = scene.choice;
-      numbers = end.of(s, request.stop, why[size_t(i)]);
+      const auto numbers = beside.add(d, end.of(s, request.stop, why[size_t(i)]));
       tell();
-      return std::span<const double>(numbers);
+      return numbers;
     };
-    by[size_t(i)] = ridders(beside, values.size(), first_change, rounding_of_run);
+    Differences& of = by[size_t(i)] = ridders(run, values.size(), first_change, rounding_of_run);
+    for (size_t k = 0; k < values.size(); ++k)
+      of.error[k] = std::max({of.error[k], rounding[k], beside.kink(k, rounding[k]) / 2});
   });
   if (request.stop && request.stop->load()) {
     r.failure = "interrupted";
     return r;
   }
   for (size_t k = 0; k < values.size(); ++k) {
-    double size = 0;  // of numbers like it: one of them that is zero has their rounding
-    for (size_t l = 0; l < values.size(); ++l)
-      if (units[l] == units[k]) size = std::max(size, std::fabs(values[l]));
     EndSlopes q{end.names()[k], units[k], values[k] + 0.0, {}, NAN, 0};
     for (size_t i = 0; i < unknowns.size(); ++i) {
       q.slopes.push_back(by[i].slope[k] / unknowns.by_z(i));
-      q.errors.push_back(std::max(by[i].error[k], rounding_of_run * size) /
-                         std::fabs(unknowns.by_z(i)));
+      q.errors.push_back(by[i].error[k] / std::fabs(unknowns.by_z(i)));
     }
     r.of.push_back(std::move(q));
   }
   add_notes(r, why);
-  if (std::ranges::any_of(scene.events, &Event::waits))
-    r.notes.push_back(
-        "events that wait happen at whole steps: the slopes hold while they happen at the same "
-        "ones");
   return r;
 }
 

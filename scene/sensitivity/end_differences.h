@@ -9,9 +9,8 @@ namespace porthos::scene {
 /// [[output]]s at the end and, as "tip.x.least" and ".largest", over the run; without an orbit the
 /// places, the rates and the energy of EndQuantities too.
 ///
-/// An event that waits happens at a whole step, and a run jumps where a change moves it to another
-/// step: slopes are those with the event at its step, where differences find a step small enough
-/// to see that, and otherwise have a large error. Inputs are independent of each other and run in
+/// Where the end jumps or has a kink by an input, as where an event just happens or just does not,
+/// the error is as large as the slope. Inputs are independent of each other and run in
 /// parallel, with the same bits for any number of threads. Cost: 24 runs an input.
 /// @throws InvalidArgument as Unknowns and run_in_memory(); for a quantity that is none
 EndSensitivity end_differences(const Scene& scene, const SensitivityRequest& request);

@@ -48,7 +48,7 @@ link = "bus"
 )",
                             reach));
   }
-  /// A block that slides at 1 m/s and is locked at the first whole step where it is above `at`.
+  /// A block that slides at 1 m/s for 2 s and is locked where it passes `at`.
   Scene sliding(double at) const {
     write("slide.urdf", R"(<robot name="s"><link name="ground"/><link name="block"><inertial>
 <mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -135,24 +135,24 @@ TEST_F(EndDifferences, AreThoseOfTheAdjoint) {
   std::printf("  off by %.2g times the error told at most\n", worst);
 }
 
-TEST_F(EndDifferences, TellAJump) {
-  // Passes 0.55 m in the middle of the fifth step, and is locked at its end: x = 0.625 v.
-  const auto smooth = end_sensitivity(sliding(0.55), {.of = {"block.x"}, .by = {"slide.velocity"}});
+/// Locked at 0.55 m it ends there, whatever its speed. Controls: at 2 m, where it just arrives, a
+/// slower block is not locked, so that the two sides have the slopes 2 s and 0.
+TEST_F(EndDifferences, OfALockAreExactAndTellAKink) {
+  const SensitivityRequest ask{.of = {"block.x"}, .by = {"slide.velocity", "event[0].above"}};
+  const auto smooth = end_sensitivity(sliding(0.55), ask);
   ASSERT_EQ(smooth.failure, "");
-  EXPECT_NEAR(smooth.of[0].slopes[0], 0.625, 1e-10);
-  EXPECT_LT(smooth.of[0].errors[0], 1e-10);
-  ASSERT_EQ(smooth.notes.size(), 1U) << "events that wait";
-  // Control: at 0.5 m exactly, a faster block is locked a step earlier than a slower one.
-  const auto jump = end_sensitivity(sliding(0.5), {.of = {"block.x"}, .by = {"slide.velocity"}});
-  ASSERT_EQ(jump.failure, "");
-  std::printf("  error %.1e at a jump, %.1e beside it\n", jump.of[0].errors[0],
-              smooth.of[0].errors[0]);
-  EXPECT_GT(jump.of[0].errors[0], 0.1 * std::fabs(jump.of[0].slopes[0]));
-  ASSERT_EQ(jump.notes.size(), 2U);
-  EXPECT_NE(jump.notes[0].find("slopes known to worse than one percent: that of block.x by "
-                               "slide.velocity to "),
-            std::string::npos)
-      << jump.notes[0];
+  EXPECT_FALSE(smooth.of[0].counts(0));
+  EXPECT_NEAR(smooth.of[0].slopes[1], 1, 1e-10);
+  EXPECT_LT(smooth.of[0].errors[1], 1e-10);
+  EXPECT_TRUE(smooth.notes.empty()) << smooth.notes.front();
+  const auto kink = end_sensitivity(sliding(2.0), ask);
+  ASSERT_EQ(kink.failure, "");
+  std::printf("  slope %.3g +- %.3g at a kink, %.3g +- %.1e beside it\n", kink.of[0].slopes[0],
+              kink.of[0].errors[0], smooth.of[0].slopes[0], smooth.of[0].errors[0]);
+  EXPECT_NEAR(kink.of[0].errors[0], 1, 0.01) << "half of what the two sides are apart";
+  ASSERT_EQ(kink.notes.size(), 1U);
+  EXPECT_NE(kink.notes[0].find("slopes known to worse than one percent"), std::string::npos)
+      << kink.notes[0];
 }
 
 TEST_F(EndDifferences, HaveTheSameBitsForAnyThreads) {
