@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <mutex>
 
 #include "ensemble/batch.h"
@@ -166,32 +167,32 @@ class Beside {
   std::vector<Run> runs_;
 };
 
-void add_notes(EndSensitivity& r, const std::vector<std::string>& why) {
+/// "a; b; c; and 4 more"
+std::string first_of(std::vector<std::string> list) {
+  const size_t more = list.size() - std::min(most_told, list.size());
+  list.resize(list.size() - more);
+  if (more > 0) list.push_back(fmt::format("and {} more", more));
+  return fmt::format("{}", fmt::join(list, "; "));
+}
+
+/// Slopes that are none, and those that are known badly. large: errors by quantity and input that
+/// are no rounding.
+void add_notes(EndSensitivity& r, const std::vector<std::string>& why,
+               const std::function<bool(size_t of, size_t input)>& large) {
   std::vector<std::string> uncertain, none;
-  size_t more = 0;
-  for (const auto& q : r.of)
+  for (size_t k = 0; k < r.of.size(); ++k)
     for (size_t i = 0; i < r.inputs.size(); ++i) {
+      const EndSlopes& q = r.of[k];
+      const std::string which = fmt::format("{} by {}", q.name, r.inputs[i].name);
       if (!std::isfinite(q.slopes[i]))
-        none.push_back(fmt::format("no slope of {} by {}{}", q.name, r.inputs[i].name,
-                                   why[i].empty() ? "" : ": beside it " + why[i]));
-      else if (q.errors[i] > doubtful * std::fabs(q.slopes[i]) && q.counts(i))
-        uncertain.push_back(
-            fmt::format("that of {} by {} to {:.0e}", q.name, r.inputs[i].name, q.errors[i]));
+        none.push_back("no slope of " + which + (why[i].empty() ? "" : ": beside it " + why[i]));
+      else if (q.errors[i] > doubtful * std::fabs(q.slopes[i]) && (q.counts(i) || large(k, i)))
+        uncertain.push_back(fmt::format("{}, {:.2g} to {:.1g}", which, q.slopes[i], q.errors[i]));
     }
-  if (none.size() > most_told) {
-    more = none.size() - most_told;
-    none.resize(most_told);
-    none.back() += fmt::format("; and {} more", more);
-  }
-  r.notes.insert(r.notes.end(), none.begin(), none.end());
-  if (uncertain.empty()) return;
-  more = uncertain.size() - std::min(most_told, uncertain.size());
-  uncertain.resize(uncertain.size() - more);
-  r.notes.push_back(
-      fmt::format("slopes known to worse than one percent: {}{}; a law or an event jumps near the "
-                  "run, or it is "
-                  "chaotic",
-                  fmt::join(uncertain, ", "), more > 0 ? fmt::format(" and {} more", more) : ""));
+  if (!none.empty()) r.notes.push_back(first_of(none));
+  if (!uncertain.empty())
+    r.notes.push_back("slopes known to worse than one percent: " + first_of(uncertain) +
+                      ". A law or an event jumps there or has a kink, or the run is chaotic");
 }
 
 }  // namespace
@@ -247,9 +248,10 @@ EndSensitivity end_differences(const Scene& given, const SensitivityRequest& req
       tell();
       return numbers;
     };
-    Differences& of = by[size_t(i)] = ridders(run, values.size(), first_change, rounding_of_run);
+    Differences found = ridders(run, values.size(), first_change, rounding_of_run);
     for (size_t k = 0; k < values.size(); ++k)
-      of.error[k] = std::max({of.error[k], rounding[k], beside.kink(k, rounding[k]) / 2});
+      found.error[k] = std::max({found.error[k], rounding[k], beside.kink(k, rounding[k]) / 2});
+    by[size_t(i)] = std::move(found);
   });
   if (request.stop && request.stop->load()) {
     r.failure = "interrupted";
@@ -263,7 +265,9 @@ EndSensitivity end_differences(const Scene& given, const SensitivityRequest& req
     }
     r.of.push_back(std::move(q));
   }
-  add_notes(r, why);
+  add_notes(r, why, [&](size_t k, size_t i) {
+    return rounding[k] > 0 && by[i].error[k] > 1e7 * rounding[k];  // a millionth of the number
+  });
   return r;
 }
 
