@@ -131,9 +131,9 @@ std::vector<std::string> each_number(const std::vector<std::string>& by, const A
 }
 
 /// The runs beside the nominal one, as ridders() asks for them: first up, then down, ever nearer.
-class Beside {
+class Neighbours {
  public:
-  explicit Beside(const std::vector<double>& nominal) : nominal_(nominal) {}
+  explicit Neighbours(const std::vector<double>& nominal) : nominal_(nominal) {}
   std::span<const double> add(double d, std::vector<double> numbers) {
     runs_.push_back({std::fabs(d), std::move(numbers)});
     return runs_.back().numbers;
@@ -237,7 +237,7 @@ EndSensitivity end_differences(const Scene& given, const SensitivityRequest& req
       if (units[l] == units[k])
         rounding[k] = std::max(rounding[k], rounding_of_run * std::fabs(values[l]));
   ensemble::in_parallel(request.threads, int(unknowns.size()), [&](int i) {
-    Beside beside(values);
+    Neighbours beside(values);
     const auto run = [&](double d) {
       auto z = unknowns.start();
       z[size_t(i)] += d;
