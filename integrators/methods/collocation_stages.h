@@ -191,7 +191,9 @@ class CollocationStages {
       tally.add(over_stages(moves), per_size_[b], per_own_[b], smallest_[b]);
     }
     const Size<T> change = over_components(tally.change);
-    unsized_ |= lanes & lanes_of(change > Size<T>(1e-3));
+    // Before anything that counts has moved its size is not known: from rest positions answer to
+    // forces one sweep later.
+    unsized_ |= lanes & (lanes_of(change > Size<T>(1e-3)) | ~lanes_of(change > Size<T>(0.0)));
     return {sum_over_stages(total),       change,
             over_components(tally.own),   over_components(distance),
             over_components(tally.moved), over_components(tally.records)};

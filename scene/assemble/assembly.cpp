@@ -11,6 +11,7 @@
 #include "scene/assemble/outputs.h"
 #include "scene/assemble/parts.h"
 #include "scene/assemble/stops.h"
+#include "scene/files/hdf5_file.h"
 #include "scene/read/variation.h"
 
 namespace porthos::scene {
@@ -18,10 +19,40 @@ namespace {
 
 using mechanics::Mechanism;
 
+/// Where the joints start: what the scene states, and of a scene that goes on from a run the locked
+/// joints where they were locked there.
+/// @throws InvalidArgument for a locked joint that moves in that run, and for one of which nothing
+///   says where it is
+std::map<std::string, JointStart> stated_joints(const Scene& scene) {
+  auto joints = scene.joints;
+  if (!scene.start_from) return joints;
+  const StartFrom& from = *scene.start_from;
+  const auto before = scene_before(from);
+  for (const std::string& name : scene.urdf.locked) {
+    const auto refuse_lock = [&](const char* why) {
+      throw InvalidArgument(
+          fmt::format("{}: joint '{}' of [model] lock {}", from.where, name, why));
+    };
+    if (from.joined.locked.contains(name))
+      refuse_lock("is locked by an event of that run, which holds: expected it in one of both");
+    if (from.state.contains(link_name(name)))
+      refuse_lock(
+          "moves in that run: expected an [[event]] of type \"lock\" at 0 in its place, which "
+          "stops it and keeps the ledger");
+    if (joints.contains(name)) continue;
+    const bool known = before && is_locked(*before, name);
+    const auto there = known ? before->joints.find(name) : joints.end();
+    if (!known || (there == before->joints.end() && before->start_from))
+      refuse_lock("is not in that run's record: expected where it is, in [initial] joints");
+    if (there != before->joints.end()) joints[name] = there->second;
+  }
+  return joints;
+}
+
 /// Options for reading the model: locked joints are at their start values.
 mechanics::UrdfOptions reading_of(const Scene& scene) {
   mechanics::UrdfOptions o = scene.urdf;
-  for (const auto& [name, start] : scene.joints) {
+  for (const auto& [name, start] : stated_joints(scene)) {
     if (!is_locked(scene, name)) continue;
     if (!start.motion) {
       if (start.velocity != 0)

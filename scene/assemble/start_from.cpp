@@ -142,17 +142,15 @@ std::string note_of_orbit(const StartFrom& from, const OrbitScene& orbit) {
 /// The bodies that have other masses or inertias than in that run; empty where that cannot be told.
 std::string heavier_or_lighter(const StartFrom& from, const mechanics::MechanismBuilder& parts) {
   std::string names;
-  if (from.scene_text.empty()) return names;
+  const auto scene = scene_before(from);
+  if (!scene) return names;
   try {
-    const Scene scene =
-        read_scene_again((std::filesystem::path(from.folder) / "scene.toml").string(),
-                         {from.scene_text, from.model_text, input_files(from.files_text)});
     const auto numbers = [](const mechanics::BodySpec& b) {
       const auto I = mechanics::rotated(b.mass.axes, b.mass.inertia);
       const auto& c = b.mass.com;
       return std::array{b.mass.mass, c.x, c.y, c.z, I.xx, I.xy, I.xz, I.yy, I.yz, I.zz};
     };
-    const Assembly before = assemble(scene);
+    const Assembly before = assemble(*scene);
     for (const auto& b : before.parts.bodies()) {
       const auto own = std::ranges::find(parts.bodies(), b.name, &mechanics::BodySpec::name);
       if (own == parts.bodies().end()) continue;
@@ -168,6 +166,16 @@ std::string heavier_or_lighter(const StartFrom& from, const mechanics::Mechanism
 }
 
 }  // namespace
+
+std::optional<Scene> scene_before(const StartFrom& from) {
+  if (from.scene_text.empty()) return {};
+  try {
+    return read_scene_again((std::filesystem::path(from.folder) / "scene.toml").string(),
+                            {from.scene_text, from.model_text, input_files(from.files_text)});
+  } catch (const InvalidArgument&) {
+    return {};
+  }
+}
 
 std::string note_of(const StartFrom& from, const FromRecord& record,
                     const std::array<double, 2>& own, const OrbitScene* orbit,

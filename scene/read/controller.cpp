@@ -270,9 +270,13 @@ std::array<double, 4> read_attitude(const Table& t, const char* key) {
 std::vector<double> stated_start(const ControllerPlant& plant) {
   const auto& m = plant.model->mechanism();
   auto q = m.neutral();
-  for (const auto& c : m.coordinates())
-    if (const auto s = plant.scene.joints.find(c.name); c.nq == 1 && s != plant.scene.joints.end())
+  for (const auto& c : m.coordinates()) {
+    if (c.nq != 1) continue;
+    if (const auto s = plant.scene.joints.find(c.name); s != plant.scene.joints.end())
       q[size_t(c.q)] = s->second.position;
+    if (const auto& from = plant.scene.start_from)
+      q[size_t(c.q)] = from->position(c.name).value_or(q[size_t(c.q)]);
+  }
   return q;
 }
 

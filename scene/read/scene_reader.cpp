@@ -184,9 +184,16 @@ class Reader {
   }
 
   void initial(const Table& t) {
+    t.each("joints", [&](const std::string& joint, const std::string& where, const Table& start) {
+      s_.joints[joint] = joint_start(start);
+      s_.joints[joint].where = where;
+    });
     if (t.has("from")) {
+      const auto moves = [&](const auto& j) {  // a locked one has no place in the record
+        return std::ranges::count(s_.urdf.locked, j.first) == 0;
+      };
       for (const char* other : {"base", "joints", "random"})
-        if (t.has(other))
+        if (other == std::string("joints") ? std::ranges::any_of(s_.joints, moves) : t.has(other))
           t.fail(other,
                  "is given besides from, which states the whole start, expected one of both");
       s_.start_from = kept_from_ && kept_from_->folder == t.text("from", "a folder")
@@ -196,10 +203,6 @@ class Reader {
     }
     if (t.has("at")) t.fail("at", "is given without from, expected both or neither");
     if (t.has("base")) base(t);
-    t.each("joints", [&](const std::string& joint, const std::string& where, const Table& start) {
-      s_.joints[joint] = joint_start(start);
-      s_.joints[joint].where = where;
-    });
     if (!t.has("random")) return;
     const Table r = t.table("random");
     RandomStart random;

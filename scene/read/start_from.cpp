@@ -6,6 +6,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "phs/system/state.h"
+#include "scene/files/hdf5_file.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/files/text_table.h"
 #include "scene/read/toml_table-inl.h"
@@ -112,6 +114,13 @@ void read_record(const fs::path& path, const double* at, StartFrom& from) {
 }
 
 }  // namespace
+
+std::optional<double> StartFrom::position(const std::string& coordinate) const {
+  const auto own = state.find(link_name(coordinate));
+  if (own == state.end() || own->second.x.size() != 1) return {};
+  const auto turn = turns.find(coordinate);
+  return own->second.x[0] + (turn == turns.end() ? 0.0 : phs::two_pi_hi * double(turn->second));
+}
 
 StartFrom read_start_from(const Table& t, const std::string& beside) {
   StartFrom from;

@@ -35,6 +35,9 @@ struct StartFrom {
   /// What its events had joined and locked by then. Locked coordinates are in state and turns too,
   /// with no momentum.
   Joined joined;
+
+  /// Of a coordinate of one number, full turns included [rad | m]; none if the record has it not.
+  std::optional<double> position(const std::string& coordinate) const;
 };
 
 /// Reads the keys from and at of [initial]. beside: the folder of the scene file, to which a
