@@ -157,7 +157,7 @@ class CollocationStages {
     }
   };
   /// Updates Y from L in some lanes, after guess(). The sizes of components, the scale of moves,
-  /// are measured in the first sweep, and again as long as some move is not small against them.
+  /// are measured in the first sweep, and again as long as nothing moves, or not by little.
   /// Without a measurement the distance is 0. first: as of renew().
   template <class First>
   Moves sweep(std::span<const T> x, const First& first, LaneSet lanes) {
@@ -191,9 +191,8 @@ class CollocationStages {
       tally.add(over_stages(moves), per_size_[b], per_own_[b], smallest_[b]);
     }
     const Size<T> change = over_components(tally.change);
-    // Before anything that counts has moved its size is not known: from rest positions answer to
-    // forces one sweep later.
-    unsized_ |= lanes & (lanes_of(change > Size<T>(1e-3)) | ~lanes_of(change > Size<T>(0.0)));
+    const LaneSet moved = lanes_of(change > Size<T>(0.0)), far = lanes_of(change > Size<T>(1e-3));
+    unsized_ |= lanes & (far | ~moved);
     return {sum_over_stages(total),       change,
             over_components(tally.own),   over_components(distance),
             over_components(tally.moved), over_components(tally.records)};
@@ -303,7 +302,6 @@ class CollocationStages {
     else
       sizes.set(i, x);
   }
-  /// Whether the moves of component k count.
   bool counts(size_t k) const { return counts_.empty() || counts_[k]; }
   /// The size of a value of component k.
   Size<T> size_of(const T& x, size_t k) const {

@@ -19,15 +19,11 @@ namespace {
 
 using mechanics::Mechanism;
 
-/// Where the joints start: what the scene states, and of a scene that goes on from a run the locked
-/// joints where they were locked there.
-/// @throws InvalidArgument for a locked joint that moves in that run, and for one of which nothing
-///   says where it is
-std::map<std::string, JointStart> stated_joints(const Scene& scene) {
-  auto joints = scene.joints;
-  if (!scene.start_from) return joints;
+/// The locked joints of a scene that goes on from a run stay where they were locked there.
+/// @throws InvalidArgument for a joint that moves in that run, and for one of which nothing says
+///   where it is
+void stay_locked(const Scene& scene, mechanics::UrdfOptions& o) {
   const StartFrom& from = *scene.start_from;
-  const auto before = scene_before(from);
   for (const std::string& name : scene.urdf.locked) {
     const auto refuse_lock = [&](const char* why) {
       throw InvalidArgument(
@@ -39,20 +35,20 @@ std::map<std::string, JointStart> stated_joints(const Scene& scene) {
       refuse_lock(
           "moves in that run: expected an [[event]] of type \"lock\" at 0 in its place, which "
           "stops it and keeps the ledger");
-    if (joints.contains(name)) continue;
-    const bool known = before && is_locked(*before, name);
-    const auto there = known ? before->joints.find(name) : joints.end();
-    if (!known || (there == before->joints.end() && before->start_from))
+    if (scene.joints.contains(name)) continue;
+    if (!from.locked_at.contains(name))
       refuse_lock("is not in that run's record: expected where it is, in [initial] joints");
-    if (there != before->joints.end()) joints[name] = there->second;
+    for (const auto& [key, values] : from.locked_at)
+      if ((key == name || key.starts_with(name + ".")) && !values.empty())
+        o.locked_at[key] = values;
   }
-  return joints;
 }
 
 /// Options for reading the model: locked joints are at their start values.
 mechanics::UrdfOptions reading_of(const Scene& scene) {
   mechanics::UrdfOptions o = scene.urdf;
-  for (const auto& [name, start] : stated_joints(scene)) {
+  if (scene.start_from) stay_locked(scene, o);
+  for (const auto& [name, start] : scene.joints) {
     if (!is_locked(scene, name)) continue;
     if (!start.motion) {
       if (start.velocity != 0)
@@ -265,6 +261,12 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
   return a;
 }
 }  // namespace
+
+std::map<std::string, std::vector<double>> locked_places(const Scene& scene) {
+  auto places = reading_of(scene).locked_at;
+  for (const std::string& name : scene.urdf.locked) places.try_emplace(name);
+  return places;
+}
 
 Assembly assemble(const Scene& scene) {
   const bool free_base = scene.urdf.base == mechanics::UrdfOptions::Base::free;

@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -56,6 +57,10 @@ struct Assembly {
 std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& assembly,
                                                          const std::string& method, double h,
                                                          const integrators::Options& options = {});
+
+/// Where the joints of [model] lock are, by joint or coordinate, its numbers; none: where the model
+/// has them. @throws InvalidArgument as assemble()
+std::map<std::string, std::vector<double>> locked_places(const Scene& scene);
 
 /// @throws InvalidArgument naming a joint of [initial] that the model does not have, and for
 /// everything the URDF reader refuses.

@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <optional>
 #include <string>
 
@@ -14,7 +15,10 @@ struct OrbitScene {
   space::PointState<double> start;      ///< of the centre of mass
   std::string splitting = "lobatto4c";  ///< see space::split_schemes()
   std::string epoch;                    ///< as stated; empty: none
-  std::string where;                    ///< "file:line:column" of [orbit]
+  /// Of the Sun, the Moon and the dipole on mean paths, by their keys, at the start of the first
+  /// leg [rad].
+  std::map<std::string, double> longitudes;
+  std::string where;  ///< "file:line:column" of [orbit]
 };
 
 /// Reads [orbit] and [planet]; empty if there is neither. @throws InvalidArgument as read_scene()

@@ -167,6 +167,10 @@ std::optional<OrbitScene> read_orbit(const Table& top) {
   o.where = t.where();
   o.start = start_of(t, o.environment.planet);
   forces(t, o.environment);
+  for (const char* key : {"sun_longitude", "moon_longitude"})
+    if (t.has(key)) o.longitudes[key] = t.number(key);
+  if (const auto& dipole = o.environment.planet.magnetic)
+    o.longitudes["magnetic.longitude"] = dipole->longitude;
   if (t.has("epoch")) o.epoch = t.text("epoch", "a date");
   if (t.has("splitting")) o.splitting = t.text("splitting", "the name of a splitting");
   try {
@@ -189,6 +193,14 @@ void go_on_in_orbit(const StartFrom& from, OrbitScene& o) {
                        "the time since then is added",
                        named(o.epoch), from.folder, named(*from.epoch)));
   }
+  for (const auto& [key, own] : o.longitudes)
+    if (const auto first = from.longitudes.find(key);
+        first != from.longitudes.end() && std::fabs(own - first->second) > 1e-12)
+      refuse(
+          o.where,
+          fmt::format("{} is {:.9g} rad, and the run in {} goes on from {:.9g} rad: expected that "
+                      "one, as the time since then is added",
+                      key, own, from.folder, first->second));
   o.environment = space::counted_from(std::move(o.environment), from.elapsed);
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <sstream>
 
 #include "phs/system/state.h"
 #include "scene/files/hdf5_file.h"
@@ -73,6 +74,22 @@ void read_group(const Hdf5Reader& file, const std::string& group, const std::str
   }
 }
 
+/// An attribute of lines of a name, a tab and numbers.
+std::map<std::string, std::vector<double>> numbers_by_name(
+    const std::map<std::string, std::string>& texts, const std::string& attribute) {
+  std::map<std::string, std::vector<double>> all;
+  const auto text = texts.find(attribute);
+  if (text == texts.end()) return all;
+  for (const std::string& line : lines_of(text->second)) {
+    const auto tab = std::min(line.find('\t'), line.size());
+    auto& list = all[line.substr(0, tab)];
+    std::istringstream words(line.substr(std::min(tab + 1, line.size())));
+    for (std::string word; words >> word;)
+      if (const auto x = as_number(word)) list.push_back(*x);
+  }
+  return all;
+}
+
 /// at: null, the last record.
 void read_record(const fs::path& path, const double* at, StartFrom& from) {
   const Hdf5Reader file(path);
@@ -85,6 +102,9 @@ void read_record(const fs::path& path, const double* at, StartFrom& from) {
   if (const auto epoch = texts.find("epoch"); epoch != texts.end()) from.epoch = epoch->second;
   if (const auto forces = texts.find("forces"); forces != texts.end())
     from.forces = lines_of(forces->second);
+  for (const auto& [key, rad] : numbers_by_name(texts, "longitudes"))
+    if (!rad.empty()) from.longitudes[key] = rad[0];
+  from.locked_at = numbers_by_name(texts, "locked_at");
   from.low_words =
       file.datasets().lower_bound("low_words/") != file.datasets().lower_bound("low_words0");
   read_group(file, "state/", "low_words/", k, from.state);

@@ -25,6 +25,7 @@ struct StartFrom {
   /// orbit, or results of a version that did not say.
   std::optional<std::string> epoch;
   std::vector<std::string> forces;
+  std::map<std::string, double> longitudes;  ///< as OrbitScene, of the first leg
   bool low_words = false;
   /// Of the blocks of the state, by their names in run.h5.
   std::map<std::string, Numbers> state, momentum;
@@ -32,6 +33,8 @@ struct StartFrom {
   std::optional<double> kinetic;              ///< its kinetic energy [J]
   /// The texts of that run's scene, its model and its other files, as run.h5 has them.
   std::string scene_text, model_text, files_text;
+  /// Where its joints of [model] lock were: locked_places().
+  std::map<std::string, std::vector<double>> locked_at;
   /// What its events had joined and locked by then. Locked coordinates are in state and turns too,
   /// with no momentum.
   Joined joined;

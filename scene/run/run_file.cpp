@@ -56,6 +56,13 @@ class RunFile {
     }
   }
 
+  /// An attribute of lines of a name, a tab and numbers; none without a name.
+  void numbers(const std::string& name, const std::map<std::string, std::vector<double>>& of) {
+    std::string text;
+    for (const auto& [key, list] : of) text += fmt::format("{}\t{}\n", key, fmt::join(list, " "));
+    if (!text.empty()) file_.attribute("/", name, text);
+  }
+
   void describe(const Scene& scene, const Joined& joined) {
     file_.attribute("/", "title", scene.title);
     file_.attribute("/", "method", scene.method);
@@ -65,7 +72,11 @@ class RunFile {
       file_.attribute(
           "/", "forces",
           fmt::format("{}", fmt::join(space::forces_of(scene.orbit->environment), "\n")));
+      std::map<std::string, std::vector<double>> longitudes;
+      for (const auto& [key, rad] : scene.orbit->longitudes) longitudes[key] = {rad};
+      numbers("longitudes", longitudes);
     }
+    numbers("locked_at", locked_places(scene));
     if (scene.orbit && scene.start_from)
       file_.attribute("/", "elapsed_s", scene.start_from->elapsed);
     if (scene.step_control != integrators::StepControl::fixed)

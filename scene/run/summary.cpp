@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 
+#include "mechanics/rotation.h"
 #include "scene/run/provenance.h"
 #include "scene/run/run_report.h"
 
@@ -21,6 +24,21 @@ double angle(const phs::State& s, int at, size_t turn) {
   constexpr long double two_pi = 6.283185307179586476925286766559005768394L;
   const long double x = static_cast<long double>(s.x[size_t(at)]) + s.lo[size_t(at)];
   return static_cast<double>(x + two_pi * static_cast<long double>(s.turns[turn]));
+}
+
+/// The rate of a place along the axes of the parent, of a joint that turns too: v has it along the
+/// body's.
+std::vector<double> in_parent(const mechanics::Mechanism& m, const mechanics::JointCoordinates& c,
+                              std::span<const double> q, std::span<const double> v) {
+  const auto turns = [&](const auto& other) {
+    return other.joint == c.joint && other.kind == phs::BlockKind::rotation;
+  };
+  const auto beside = std::ranges::find_if(m.coordinates(), turns);
+  mechanics::Vec3d rate{v[size_t(c.v)], v[size_t(c.v) + 1], v[size_t(c.v) + 2]};
+  if (beside != m.coordinates().end())
+    rate = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(&q[size_t(beside->q)])) *
+           rate;
+  return {rate.x, rate.y, rate.z};
 }
 
 /// inner: the state as integrated. Rates are computed from it, so they have no rounding error of a
@@ -44,7 +62,8 @@ Json final_state(const Assembly& a, double t, const phs::State& inner) {
   for (const auto& c : m.coordinates()) {
     q[c.name] = slice(s.x, c.q, c.nq);
     if (c.kind == phs::BlockKind::angle) q[c.name] = angle(s, c.q, turn++);
-    rates[c.name] = slice(v, c.v, c.nv);
+    rates[c.name] = c.kind == phs::BlockKind::linear && c.nv == 3 ? Json(in_parent(m, c, s.x, v))
+                                                                  : slice(v, c.v, c.nv);
     p[c.name] = slice(s.x, m.nq() + c.q, c.nq);
   }
   return {{"q", q}, {"v", rates}, {"p", p}};

@@ -1,5 +1,6 @@
 // Missions in legs: in orbit the sky goes on from one run to the next, and masses have to.
 #include <gtest/gtest.h>
+#include <array>
 
 #include <cmath>
 #include <cstdio>
@@ -130,9 +131,94 @@ TEST(Legs, OtherMassesThanTheRecordsAreTold) {
   const auto note = [&](const std::string& model) {
     return scene::assemble(leg(model, "from = 'first'\n")).notes.back().text;
   };
-  EXPECT_TRUE(says(note(""), ". Rates jump: momenta are continued, and the masses or inertias of "
-                             "'lower' are not those of that run"));
+  EXPECT_TRUE(says(note(""),
+                   ". Rates jump: momenta are continued, and the masses or inertias of "
+                   "'lower' are not those of that run"));
   EXPECT_FALSE(says(note(heavy), "ates jump")) << "control: the model of that run";
+}
+
+/// A longitude that is shifted by hand would count the time twice.
+TEST(OrbitLegs, AnotherLongitudeIsRefused) {
+  TemporaryFolder folder;
+  const std::string still = "base.angular_velocity = [0, 0, 1e-3]\n";
+  const auto sky = [](const char* moon) {
+    return std::string("sun_longitude = 1.0\nmoon_longitude = ") + moon + "\n";
+  };
+  end_of(folder, craft(still, sky("2.0"), 2000), "one");
+  const auto told = [&](const std::string& own) {
+    return told_of_leg(folder, craft("from = 'one'\n", own, 2000));
+  };
+  EXPECT_TRUE(says(told(sky("2.1")),
+                   "moon_longitude is 2.1 rad, and the run in one goes on from 2 "
+                   "rad: expected that one"));
+  EXPECT_TRUE(says(told(sky("2.0")), "go on from there")) << "control";
+}
+
+/// A law whose target is not stated holds where the record ends.
+TEST(Legs, ATargetThatIsNotStatedIsTheRecords) {
+  TemporaryFolder folder;
+  write_bytes(folder / "arm.urdf", arm_urdf());
+  const auto leg = [&](const std::string& initial) {
+    write_bytes(
+        folder / "scene.toml",
+        "[model]\nurdf = 'arm.urdf'\nbase = 'fixed'\n[environment]\ngravity = 'uniform'\n"
+        "vector = [0, 0, -9.81]\n[initial]\n" +
+            initial +
+            "[[controller]]\ntype = 'potential'\nname = 'hold'\njoints.shoulder = { stiffness "
+            "= 40, damping = 20 }\njoints.elbow = { stiffness = 40, damping = 20 }\n"
+            "[integrator]\nmethod = 'gauss8'\nstep = 0.01\n[run]\nduration = 2\n");
+    return scene::read_scene((folder / "scene.toml").string());
+  };
+  const auto elbow = [&](const scene::Scene& s, const std::string& out) {
+    const auto a = scene::assemble(s);
+    const auto r = scene::run(s, a, into(folder / out));
+    return r.final_state.x[size_t(a.mechanism->coordinate("elbow").q)];
+  };
+  EXPECT_NEAR(elbow(leg("joints.shoulder.position = 0.5\njoints.elbow.position = 0.7\n"), "first"),
+              0.7, 1e-9);
+  EXPECT_NEAR(elbow(leg("from = 'first'\n"), "second"), 0.7, 1e-9);
+}
+
+/// A joint of [model] lock is where it was locked; one that moves in the record is refused.
+TEST(Legs, ALockedJointStaysWhereItWas) {
+  TemporaryFolder folder;
+  write_bytes(folder / "arm.urdf", arm_urdf());
+  const auto leg = [&](const std::string& lock, const std::string& initial) {
+    write_bytes(folder / "scene.toml",
+                "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n" + lock + "[initial]\n" + initial +
+                    "[integrator]\nmethod = 'gauss8'\nstep = 0.01\n[run]\nduration = 1\n"
+                    "[[output]]\nquantity = 'position'\nname = 'hand'\nlink = 'lower'\nat = [0, 0, "
+                    "-0.5]\nrelative_to = 'upper'\n");
+    return scene::read_scene((folder / "scene.toml").string());
+  };
+  const auto hand = [&](const scene::Scene& s, const std::string& out) {
+    const auto r = scene::run(s, scene::assemble(s), into(folder / out));
+    return std::array{r.outputs[0].end, r.outputs[1].end, r.outputs[2].end};
+  };
+  const auto refused = [](const auto& f) {
+    try {
+      f();
+    } catch (const InvalidArgument& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  const std::string locked = "lock = ['elbow']\n";
+  const auto first = hand(leg(locked, "joints.elbow.position = -1.2\n"), "first");
+  const auto second = hand(leg(locked, "from = 'first'\n"), "second");
+  const auto straight = hand(leg(locked, ""), "straight");
+  for (size_t k = 0; k < 3; ++k) EXPECT_NEAR(first[k], second[k], 1e-14);
+  EXPECT_GT(std::hypot(first[1] - straight[1], first[2] - straight[2]), 0.1) << "control";
+  const auto third = hand(leg(locked, "from = 'second'\n"), "third");
+  for (size_t k = 0; k < 3; ++k) EXPECT_NEAR(first[k], third[k], 1e-14);
+  hand(leg("lock = ['shoulder']\n", ""), "other");
+  EXPECT_TRUE(says(refused([&] { hand(leg(locked, "from = 'other'\n"), "no"); }),
+                   "joint 'elbow' of [model] lock moves in that run: expected an [[event]]"));
+  hand(leg("", "joints.elbow.velocity = 0.2\n"), "moving");
+  EXPECT_TRUE(says(refused([&] { hand(leg(locked, "from = 'moving'\n"), "no"); }),
+                   "joint 'elbow' of [model] lock moves in that run: expected an [[event]]"));
+  EXPECT_TRUE(says(refused([&] { leg("", "from = 'first'\njoints.elbow.position = 1\n"); }),
+                   "is given besides from"));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "scene/compare/auto_method.h"
+#include "scene/session/memory_run.h"
 #include "tests/run/shipped.h"
 
 namespace porthos::test::loops_test {
@@ -314,6 +315,32 @@ TEST(Loops, AStatedRateIsKept) {
                      "the stated velocities contradict the constraints, which would "
                      "change 'shoulder' 2 to "))
         << e.what();
+  }
+}
+
+/// From rest at 0 nothing tells the size of a slide until its momentum has moved: Atwood's machine.
+TEST(Loops, SlidesAtRestAtZeroTakeTheirFirstStep) {
+  TemporaryFolder folder;
+  std::string urdf = "<robot name='two'><link name='f'/>";
+  for (const auto& [name, mass] : {std::pair{"a", "1.6"}, {"b", "1"}})
+    urdf += fmt::format(
+        "<link name='{0}'><inertial><mass value='{1}'/><inertia ixx='1' iyy='1' izz='1' ixy='0' "
+        "ixz='0' iyz='0'/></inertial></link><joint name='j{0}' type='prismatic'><parent link='f'/>"
+        "<child link='{0}'/><axis xyz='0 0 1'/><limit lower='-9' upper='9' effort='1' "
+        "velocity='1'/></joint>",
+        name, mass);
+  write_bytes(folder / "two.urdf", urdf + "</robot>");
+  for (const std::string method : {"spark2", "spark16", "pgauss8"}) {
+    write_bytes(
+        folder / "scene.toml",
+        "[model]\nurdf = 'two.urdf'\nbase = 'fixed'\n[environment]\ngravity = 'uniform'\n"
+        "vector = [0, 0, -9.81]\n[[coupling]]\nname = 'rope'\nfactors = { ja = 1, jb = 1 }\n"
+        "[integrator]\nmethod = '" +
+            method + "'\nstep = 0.01\n[run]\nduration = 0.5\n");
+    const auto s = scene::read_scene((folder / "scene.toml").string());
+    const auto r = scene::run_in_memory(s, scene::assemble(s), {});
+    ASSERT_EQ(r.outcome, integrators::Outcome::ok) << method;
+    EXPECT_NEAR(r.final_state.x[0], -0.5 * 9.81 * (0.6 / 2.6) * 0.25, 1e-14) << method;
   }
 }
 
