@@ -177,7 +177,8 @@ std::string remedy(const std::string& condition) {
       {"J2 skew", "J_2 + J_2ᵀ must vanish: check the formula of J_2"},
       {"Kv >= 0", "the damping gains must not be negative"},
       {"damping >= 0",
-       "friction, of the driven joint too, acts against the shaped kinetic energy: bring M_d nearer "
+       "friction, of the driven joint too, acts against the shaped kinetic energy: bring M_d "
+       "nearer "
        "to M, reduce the friction, or design on the plant without it and run that law on the plant "
        "with it"},
       {"rest point", "the springs balance elsewhere: move their rests there, or the rest point"},

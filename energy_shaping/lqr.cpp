@@ -124,7 +124,10 @@ void Lqr::balance(const std::vector<int>& at) {
   left.certify(certificate_, scale, 1e-9, "at the rest point, over that of 100 random positions",
                "drive it, or state a target where it balances",
                {rest_.begin(), rest_.begin() + long(n)});
-  certificate_.report("effort at rest", left.size, "u* of each actuator", u_);
+  certificate_.report("effort at rest", left.size,
+                      "u* of the actuators of " +
+                          listed(at, [&](int k) { return certificate_.coordinates()[size_t(k)]; }),
+                      u_);
 }
 
 void Lqr::design(const std::vector<int>& at, const LqrWeights& weights) {

@@ -60,7 +60,10 @@ void MotorRegulator::check(const mechanics::MechanicalModel& model,
   left.certify(certificate_, scale, 1e-9,
                "loads at rest of joints without a spring, over the largest",
                "give it a motor, or state a rest where nothing loads it", rest);
-  certificate_.report("loads", scale, "g(q_d) of each motor [N m]", load_);
+  certificate_.report(
+      "loads", scale,
+      "g(q_d) of the motors at " + listed(at_, [&](size_t k) { return names[k]; }) + " [N m]",
+      load_);
 
   auto x = rest;
   x.resize(2 * n, 0.0);

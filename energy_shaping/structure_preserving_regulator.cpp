@@ -175,8 +175,12 @@ void StructurePreservingRegulator::certify() {
   for (size_t i = 0; i < n; ++i) twist[i] = p.rest[i] - law.eta[i];  // K⁻¹ g(q_d)
   double most = 0;
   for (const double t : twist) most = std::max(most, std::fabs(t));
-  certificate_.report("springs at rest", most, "θ - q_d of each, which carries the load [rad]",
-                      twist);
+  certificate_.report(
+      "springs at rest", most,
+      "θ - q_d of " +
+          listed(coordinate_names(p.model->description()), [](const auto& name) { return name; }) +
+          ", which carries the load [rad]",
+      twist);
 
   // The target linearised at rest: (q, η)'' = -mass⁻¹ (S (q, η) + D (q, η)').
   for (const auto& j : m.joint_properties()) D0[size_t(j.v)] = j.damping;

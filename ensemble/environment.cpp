@@ -18,6 +18,8 @@ std::vector<int> offsets_of(const phs::Description& d, const std::vector<std::st
     for (int i = 0; i < d.nu; ++i) at.push_back(i);
   for (const auto& name : names) {
     const auto& p = find_named(d.ports, name, "environment: '" + d.name + "' has no port");
+    if (std::ranges::count(names, name) > 1)
+      throw InvalidArgument("environment: the port '" + name + "' is named twice, expected once");
     for (int i = 0; i < p.size; ++i) at.push_back(p.at + i);
   }
   return at;

@@ -192,8 +192,9 @@ std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
   }();
   if (moved.rank < m.nv()) check_stated_rates(scene, m, s.v);
   const std::string stiff =
-      moved.rank < m.nv()
-          ? ""
+      moved.rank < m.nv() ? ""
+      : !scene.constraints.spec.driven.empty()
+          ? "every joint moves as told"
           : fmt::format(
                 "the constraints leave no degree of freedom, {} independent rows for {} rates: "
                 "nothing can move",
