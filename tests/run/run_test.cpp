@@ -55,6 +55,26 @@ TEST(Run, OfAMethodThatKeepsNothingFails) {
   EXPECT_EQ(r.outcome, Outcome::ok);
 }
 
+/// A body that has turned moves on along the world's axes.
+TEST(Run, RatesOfAFreeBaseInTheSummaryAreTheWorlds) {
+  TemporaryFolder folder;
+  write_bytes(
+      folder / "ball.urdf",
+      "<robot name='ball'><link name='ball'><inertial><mass value='0.2'/><inertia ixx='1e-4' "
+      "iyy='1e-4' izz='1e-4' ixy='0' ixz='0' iyz='0'/></inertial></link></robot>");
+  write_bytes(
+      folder / "scene.toml",
+      "[model]\nurdf = 'ball.urdf'\nbase = 'free'\n[initial]\nbase = { attitude_wxyz = [1, 0, "
+      "0, 1], linear_velocity = [1, 0, 0], angular_velocity = [0, 0, 0.5] }\n[integrator]\n"
+      "method = 'gauss8'\nstep = 0.01\n[run]\nduration = 1\n");
+  const auto s = scene::read_scene((folder / "scene.toml").string());
+  (void)scene::run(s, scene::assemble(s), into(folder / "out"));
+  const auto v = nlohmann::json::parse(
+      read_bytes(folder / "out" / "summary.json"))["final_state"]["v"]["base.position"];
+  const double expected[] = {1, 0, 0};
+  for (size_t k = 0; k < 3; ++k) EXPECT_NEAR(v[k].get<double>(), expected[k], 1e-14);
+}
+
 TEST(Run, SummaryHasItsFields) {
   TemporaryFolder folder;
   const Case c = floating_arm(folder);
