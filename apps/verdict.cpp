@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "scene/files/text_table.h"
+#include "scene/run/verdict.h"
 
 namespace porthos::apps {
 namespace {
@@ -50,7 +51,9 @@ std::string energy_text(const RunReport& r) {
     scale += fmt::format("{}{} {:.3g}", scale.empty() ? "" : " + ", name, joule);
     parts += joule;
   }
-  if (e.scale_J > 1.001 * parts && !scale.empty())
+  if (scene::next_to_nothing_moves(e))
+    scale = "the energy at the start, beside which next to nothing moves";
+  else if (e.scale_J > 1.001 * parts && !scale.empty())
     scale = "exchanged by sources and losses; stored: " + scale;
   const std::string rms =
       std::isfinite(e.rms_rel_error) ? fmt::format(", rms {:.3g} relative", e.rms_rel_error) : "";

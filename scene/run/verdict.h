@@ -28,4 +28,8 @@ std::string ending(const RunReport& report);
 /// with any step.
 bool contradicts_exact_energy(const RunReport& report);
 
+/// Whether the motion has less than 2^-40 of the energy at the start, to which the errors are
+/// relative then (Ledger::fill): its energy says nothing of the motion.
+bool next_to_nothing_moves(const EnergyReport& e);
+
 }  // namespace porthos::scene

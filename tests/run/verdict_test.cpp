@@ -250,5 +250,26 @@ TEST(Verdict, TheEndOfADivergedRunSaysWhatHelps) {
   EXPECT_EQ(r.verdict(), Verdict::fail);
 }
 
+/// An arm that rests at its equilibrium has no energy of motion that its roundings could be relative
+/// to, and its energy tells nothing. Control: one that swings by a thousandth of a radian.
+TEST(Verdict, AnArmAtRestIsNotJudgedByItsRoundings) {
+  const auto run = [](double angle) {
+    TemporaryFolder folder;
+    Case c = pendulum(folder);
+    c.scene.joints["shoulder"] = {angle, 0};
+    c.scene.duration = 1;
+    c.scene.verify = {};
+    c.scene.verify.energy = 1e-9;
+    c.assembly = scene::assemble(c.scene);
+    return scene::run(c.scene, c.assembly, into(folder / "out"));
+  };
+  const auto still = run(0), swings = run(1e-3);
+  EXPECT_TRUE(scene::next_to_nothing_moves(still.energy));
+  EXPECT_LT(still.energy.max_rel_error, 1e-15);
+  EXPECT_NE(still.verdict(), scene::Verdict::fail);
+  EXPECT_FALSE(scene::next_to_nothing_moves(swings.energy));
+  EXPECT_TRUE(swings.passed());
+}
+
 }  // namespace
 }  // namespace porthos::test::verdict_test
