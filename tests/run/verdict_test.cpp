@@ -250,8 +250,8 @@ TEST(Verdict, TheEndOfADivergedRunSaysWhatHelps) {
   EXPECT_EQ(r.verdict(), Verdict::fail);
 }
 
-/// An arm that rests at its equilibrium has no energy of motion that its roundings could be relative
-/// to, and its energy tells nothing. Control: one that swings by a thousandth of a radian.
+/// An arm that rests at its equilibrium has no energy of motion that its roundings could be
+/// relative to, and its energy tells nothing. Control: one that swings by a thousandth of a radian.
 TEST(Verdict, AnArmAtRestIsNotJudgedByItsRoundings) {
   const auto run = [](double angle) {
     TemporaryFolder folder;
