@@ -190,7 +190,9 @@ std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
       throw scene.constraints.placed(e);
     }
   }();
-  if (moved.rank < m.nv()) check_stated_rates(scene, m, s.v);
+  // What rolls loses the speed that it cannot have, and a mechanism without freedom all of it.
+  if (moved.rank < m.nv() && scene.constraints.spec.rollings.empty())
+    check_stated_rates(scene, m, s.v);
   const std::string stiff =
       moved.rank < m.nv() ? ""
       : !scene.constraints.spec.driven.empty()

@@ -217,7 +217,7 @@ std::vector<Feature> all() {
        "[[controller]]\ntype = 'potential'\nname = 'law@'\n"
        "joints.joint@ = { stiffness = 3, damping = 1, target = 0.2 }\ngravity = 'keep'\n"},
       {"whole-body law",
-       {"whole_body"},
+       {"whole"},
        {},
        {},
        "[[controller]]\ntype = 'whole_body'\nname = 'whole@'\nrate = 10\n"
@@ -322,7 +322,7 @@ std::vector<Feature> all() {
        {"gear"},
        {},
        {{"integrator.method", "'spark16'"},
-        {"initial.joints.joint2", "{ position = 0.3, velocity = 0.4 }"}},
+        {"initial.joints.joint1", "{ position = 0.3, velocity = 1.8 }"}},
        "[[coupling]]\nname = 'gear@'\nfactors = { joint1 = 1, joint2 = -2 }\noffset = -0.3\n"},
       {"close and open",
        {"clutch"},
