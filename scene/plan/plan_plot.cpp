@@ -79,7 +79,8 @@ std::string plan_plot(const Scene& scene, const Assembly& a, const PlanScene& wa
   }
   if (panels.list().back().what == share)
     for (const double end : {1.0, -1.0})
-      panels[share].push_back(level(end > 0 ? "upper limit" : "lower limit", end, p.duration, Stroke::limit));
+      panels[share].push_back(
+          level(end > 0 ? "upper limit" : "lower limit", end, p.duration, Stroke::limit));
   return trace_plot(panels.list(), scene.title, subtitle);
 }
 
