@@ -27,13 +27,14 @@ std::string checks_text(const RunReport& r) {
   return scene::aligned(rows);
 }
 
-std::string growth_text(const scene::EnergyReport& e) {
+std::string growth_text(const scene::EnergyReport& e, double time) {
   const double floor = std::numeric_limits<double>::epsilon();
   const char* significance =
       !e.drift_is_significant        ? "not significant"
       : e.max_rel_error <= 2 * floor ? "significant, below one rounding of a double"
-      : e.growth_exponent < 0.75     ? "significant, below the scatter of the records"
-                                     : "significant";
+      : e.growth_exponent < 0.75 && std::fabs(e.drift_per_s) * time < 0.5 * e.max_rel_error
+          ? "significant, below the scatter of the records"
+          : "significant";
   std::string drift = fmt::format("drift {:.2g} per s, {}", e.drift_per_s, significance);
   if (e.swings_grow()) drift += fmt::format("; its swings grow {:.2g}-fold", e.swing_growth);
   if (!std::isfinite(e.growth_exponent))
@@ -62,7 +63,7 @@ std::string energy_text(const RunReport& r) {
          fmt::format(
              "            relative to {:.4g} J ({}), seen at {} records and {} steps between\n",
              e.scale_J, scale.empty() ? "no energy stored" : scale, r.records, r.looks) +
-         "            " + growth_text(e);
+         "            " + growth_text(e, r.simulated_s);
 }
 
 /// Three ledgers, never one total.

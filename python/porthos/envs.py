@@ -117,6 +117,8 @@ class VectorEnv(_VectorBase):
             raise InvalidArgument(f"reward is {reward!r}, expected a function of observations and actions")
         if not np.issubdtype(np.dtype(dtype), np.floating):
             raise InvalidArgument(f"dtype is {np.dtype(dtype)}, expected one of floating point, as float32")
+        if not isinstance(model, Model):
+            raise InvalidArgument(f"model is a {type(model).__name__}, expected a Model, as MechanicalModel(mechanism); of a scene file: from_scene(path)")
         self._mechanism = mechanism if mechanism is not None else getattr(model, "mechanism", None)
         self._reward, self._dtype = reward, np.dtype(dtype)
         description = model.description

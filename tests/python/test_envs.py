@@ -161,6 +161,8 @@ def test_wrong_arguments_are_refused(pendulum):
     refused(lambda: many(pendulum, limit=0), "limit is 0")
     refused(lambda: many(pendulum, observed=[0]), "observations are coordinates and rates")
     refused(lambda: one(pendulum, num_envs=2), "num_envs is of VectorEnv")
+    refused(lambda: ph.Env(pendulum, np.zeros(4), **{**KW, "reward": lambda o, u: 0.0}), "model is a Mechanism, expected a Model, as MechanicalModel(mechanism)")
+    refused(lambda: many(pendulum, ports=["upper.torque"] * 2), "the port 'upper.torque' is named twice")
     e = many(pendulum, reward=lambda o, u: 0.0)
     e.reset(seed=0)
     refused(lambda: e.step(np.zeros((3, 1))), "reward gave shape ()", "(3,)")

@@ -48,7 +48,8 @@ export function growthWords(e, steps, series, recorded = false) {
   const jump = rounding ? null : jumpTime(series), exponent = ` (exponent ${g.toFixed(2)})`;
   if (jump !== null) return `jumps at about ${duration(jump)}: the motion is not resolved there`;
   if (g >= 0.75) return `drifts, like t or faster${exponent}${e.drift_is_significant ? "" : ", by an amount that is not significant"}`;
-  if (e.drift_is_significant && !rounding) return `drifts ${drifts}, which is hidden in the scatter of single records${exponent}`;
+  const whole = series ? Math.abs(e.drift_per_s) * series.t[series.t.length - 1] : 0;
+  if (e.drift_is_significant && !rounding) return `drifts ${drifts}${whole > 0.5 * e.max_rel_error ? `; the exponent is that of the swings on it` : ", which is hidden in the scatter of single records"}${exponent}`;
   if (swings) return swings + exponent;
   if (rounding) return `${g < 0.25 ? "stays bounded" : "grows like rounding, √t"}${exponent}`;
   return g < 0.25 ? `stays bounded${exponent}, above rounding: ${recorded ? "the digits of the file, or its method" : "the truncation of the method"}` : `grows${exponent}, by more than rounding: part of the motion is resolved less finely than the rest`;
