@@ -255,13 +255,20 @@ TEST(Verdict, TheEndOfADivergedRunSaysWhatHelps) {
 TEST(Verdict, AnArmAtRestIsNotJudgedByItsRoundings) {
   const auto run = [](double angle) {
     TemporaryFolder folder;
-    Case c = pendulum(folder);
-    c.scene.joints["shoulder"] = {angle, 0};
-    c.scene.duration = 1;
-    c.scene.verify = {};
-    c.scene.verify.energy = 1e-9;
-    c.assembly = scene::assemble(c.scene);
-    return scene::run(c.scene, c.assembly, into(folder / "out"));
+    write_bytes(
+        folder / "rod.urdf",
+        "<robot name='rod'><link name='world_'/><link name='rod'><inertial><origin xyz='0 0 "
+        "-0.5'/><mass value='2'/><inertia ixx='0.1' iyy='0.1' izz='0.01' ixy='0' ixz='0' "
+        "iyz='0'/></inertial></link><joint name='hinge' type='continuous'><parent "
+        "link='world_'/><child link='rod'/><axis xyz='0 1 0'/></joint></robot>");
+    write_bytes(folder / "scene.toml",
+                "[model]\nurdf = 'rod.urdf'\nbase = 'fixed'\n[environment]\ngravity = 'uniform'\n"
+                "vector = [0, 0, -9.81]\n[initial]\njoints.hinge.position = " +
+                    std::to_string(angle) +
+                    "\n[integrator]\nmethod = 'gauss8'\nstep = 0.01\n[run]\nduration = 1\n"
+                    "[verify]\nenergy = 1e-9\n");
+    const auto s = scene::read_scene((folder / "scene.toml").string());
+    return scene::run(s, scene::assemble(s), into(folder / "out"));
   };
   const auto still = run(0), swings = run(1e-3);
   EXPECT_TRUE(scene::next_to_nothing_moves(still.energy));
