@@ -29,7 +29,8 @@ ControllerDesign design_swing_up(const Controller& c, const ControllerPlant& pla
   for (const auto& k : plant.model->mechanism().coordinates())
     if (const auto s = plant.scene.joints.find(k.name); s != plant.scene.joints.end())
       rates[size_t(k.v)] = s->second.velocity;
-  if (!plant.scene.random && !plant.scene.start_from) swing.check_start(plant.model->state(start, rates));
+  if (!plant.scene.random && !plant.scene.start_from)
+    swing.check_start(plant.model->state(start, rates));
   ControllerDesign made{{swing.port_law()}, swing.certificate()};
   made.progress = swing.progress();
   return made;
