@@ -178,9 +178,8 @@ std::string remedy(const std::string& condition) {
       {"Kv >= 0", "the damping gains must not be negative"},
       {"damping >= 0",
        "friction, of the driven joint too, acts against the shaped kinetic energy: bring M_d "
-       "nearer "
-       "to M, reduce the friction, or design on the plant without it and run that law on the plant "
-       "with it"},
+       "nearer to M, reduce the friction, or design on the plant without it and run that law on "
+       "the plant with it"},
       {"rest point", "the springs balance elsewhere: move their rests there, or the rest point"},
       {"gradient of H_d", "the springs balance elsewhere: move their rests there, or the rest"},
       {"Hessian of V_d > 0", "raise the stiffness of the coordinate named"},

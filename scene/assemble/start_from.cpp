@@ -139,6 +139,17 @@ std::string note_of_orbit(const StartFrom& from, const OrbitScene& orbit) {
   return note;
 }
 
+/// The scene of the run of a record; none of an older version, or where its files are gone.
+std::optional<Scene> scene_before(const StartFrom& from) {
+  if (from.scene_text.empty()) return {};
+  try {
+    return read_scene_again((std::filesystem::path(from.folder) / "scene.toml").string(),
+                            {from.scene_text, from.model_text, input_files(from.files_text)});
+  } catch (const InvalidArgument&) {
+    return {};
+  }
+}
+
 /// The bodies that have other masses or inertias than in that run; empty where that cannot be told.
 std::string heavier_or_lighter(const StartFrom& from, const mechanics::MechanismBuilder& parts) {
   std::string names;
@@ -166,16 +177,6 @@ std::string heavier_or_lighter(const StartFrom& from, const mechanics::Mechanism
 }
 
 }  // namespace
-
-std::optional<Scene> scene_before(const StartFrom& from) {
-  if (from.scene_text.empty()) return {};
-  try {
-    return read_scene_again((std::filesystem::path(from.folder) / "scene.toml").string(),
-                            {from.scene_text, from.model_text, input_files(from.files_text)});
-  } catch (const InvalidArgument&) {
-    return {};
-  }
-}
 
 std::string note_of(const StartFrom& from, const FromRecord& record,
                     const std::array<double, 2>& own, const OrbitScene* orbit,

@@ -131,20 +131,20 @@ planning::Plan solved(const PlanProblem& made, planning::PlannerOptions options,
       return {};
     }
   };
-  const auto first = from_guess();
-  if (first &&
-      (first->status == Status::optimal || first->status == Status::stopped || !options.approach))
-    return *first;
-  if (options.approach) {
+  const auto settled = [](const planning::Plan& p) {
+    return p.status == Status::optimal || p.status == Status::stopped;
+  };
+  auto plan = from_guess();
+  if (options.approach && !(plan && settled(*plan))) {
     options.approach = false;
-    auto second = from_guess();
-    without_approach = second && second->status == Status::optimal;
-    if (without_approach || (second && (!first || second->status == Status::stopped)))
-      return *second;
+    auto again = from_guess();
+    without_approach = again && again->status == Status::optimal;
+    if (again && (!plan || settled(*again))) plan = std::move(again);
   }
-  if (first) return *first;
-  throw InvalidArgument(std::string("[plan]: the first steps have no solution, expected ") +
-                        what_may_help);
+  if (!plan)
+    throw InvalidArgument(std::string("[plan]: the first steps have no solution, expected ") +
+                          what_may_help);
+  return *std::move(plan);
 }
 
 }  // namespace

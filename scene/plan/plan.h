@@ -9,8 +9,7 @@ namespace porthos::scene {
 /// Where no plan was found.
 inline constexpr const char* what_may_help =
     "another duration, wider limits, a shorter step, a rate_weight of 0.05 with a weight of 0.01 "
-    "in "
-    "each joint of [plan.joints], which tame the way, or a guess of the torques "
+    "in each joint of [plan.joints], which tame the way, or a guess of the torques "
     "(docs/planning.md)";
 
 /// What porthos plan found.

@@ -63,24 +63,21 @@ std::string plan_plot(const Scene& scene, const Assembly& a, const PlanScene& wa
         panels[what].push_back(
             level(std::string(end) + " limit of " + j.name, *limit, p.duration, Stroke::limit));
   }
+  std::vector<TraceLine> shares;
   for (size_t i = 0; i < made.inputs.size(); ++i) {
     const auto& c = a.mechanism->coordinate(made.inputs[i]);
-    const std::string unit = c.effort_unit;
-    panels[(c.unit == "rad" ? "torque [" : "force [") + unit + "]"].push_back(
-        torque(made, motion, i));
-  }
-  const std::string share = "share of the torque's limit [1]";
-  for (size_t i = 0; i < made.inputs.size(); ++i) {
+    const TraceLine line = torque(made, motion, i);
+    panels[(c.unit == "rad" ? "torque [" : "force [") + c.effort_unit + "]"].push_back(line);
     const auto j = std::ranges::find(wanted.joints, made.inputs[i], &PlannedJoint::name);
     if (j == wanted.joints.end() || !j->torque_limit) continue;
-    TraceLine line = torque(made, motion, i);
-    for (double& u : line.value) u /= *j->torque_limit;
-    panels[share].push_back(std::move(line));
+    shares.push_back(line);
+    for (double& u : shares.back().value) u /= *j->torque_limit;
   }
-  if (panels.list().back().what == share)
-    for (const double end : {1.0, -1.0})
-      panels[share].push_back(
-          level(end > 0 ? "upper limit" : "lower limit", end, p.duration, Stroke::limit));
+  if (!shares.empty()) {
+    shares.push_back(level("upper limit", 1, p.duration, Stroke::limit));
+    shares.push_back(level("lower limit", -1, p.duration, Stroke::limit));
+    panels["share of the torque's limit [1]"] = std::move(shares);
+  }
   return trace_plot(panels.list(), scene.title, subtitle);
 }
 

@@ -28,12 +28,12 @@ void check_method(const std::string& method, const std::string& where) {
 /// Checks that the method suits the step control; the message names the place in the scene.
 void check_control(const Scene& s, const std::string& where) {
   if (s.step_control == integrators::StepControl::fixed) return;
-  if (s.method != auto_method && !integrators::knows_method(s.method)) return;  // of results
   const char* control = to_string(s.step_control);
   if (s.method == auto_method)
     refuse(where, fmt::format("step_control is \"{}\", but auto chooses a fixed step, expected "
                               "step_control = \"fixed\"",
                               control));
+  if (!integrators::knows_method(s.method)) return;  // of results
   const auto& d = integrators::declaration_of(s.method);
   if (d.rival || d.order == 0)
     refuse(where, fmt::format("step_control is \"{}\", but {} chooses its steps itself, expected "

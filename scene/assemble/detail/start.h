@@ -37,9 +37,6 @@ struct Start {
 /// @throws InvalidArgument with file and line: the mechanism has no such parts, or lacks states
 Start taken_apart(const StartFrom& from, const mechanics::MechanismBuilder& parts);
 
-/// The scene of the run of a record; none of an older version, or where its files are gone.
-std::optional<Scene> scene_before(const StartFrom& from);
-
 /// What is told of a start that is a record. own: its kinetic energy by this model, with and
 /// without the motion of the centre of mass [J]; orbit: of the scene, or null.
 std::string note_of(const StartFrom& from, const FromRecord& record,
