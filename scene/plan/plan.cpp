@@ -14,6 +14,12 @@
 #include "scene/run/watched_run.h"
 
 namespace porthos::scene {
+
+const char* const what_may_help =
+    "another duration, wider limits, a shorter step, a rate_weight of 0.05 with a weight of 0.01 "
+    "in each joint of [plan.joints], which tame the way, or a guess of the torques "
+    "(docs/planning.md)";
+
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -6,11 +6,8 @@
 
 namespace porthos::scene {
 
-/// Where no plan was found.
-inline constexpr const char* what_may_help =
-    "another duration, wider limits, a shorter step, a rate_weight of 0.05 with a weight of 0.01 "
-    "in each joint of [plan.joints], which tame the way, or a guess of the torques "
-    "(docs/planning.md)";
+/// What to change in a scene for which no plan was found: a part of a sentence.
+extern const char* const what_may_help;
 
 /// What porthos plan found.
 struct PlanReport {
