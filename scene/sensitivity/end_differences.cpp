@@ -203,7 +203,7 @@ EndSensitivity end_differences(const Scene& given, const SensitivityRequest& req
   const Assembly a = assemble(scene);
   scene = with_method_chosen(scene, a);
   if (!scene.events.empty()) (void)rehearse(scene, a);
-  const Unknowns unknowns(scene, a, each_number(request.by, a), Reach::run);
+  const Unknowns unknowns(scene, a, each_number(request.by, a), NumbersOf::run);
   const EndOfRun end(scene, a, request.of);
 
   EndSensitivity r;

@@ -89,8 +89,8 @@ std::string unit_of(const toml::table& root, const std::string& key, const Assem
 }  // namespace
 
 Unknowns::Unknowns(const Scene& scene, const Assembly& a, const std::vector<std::string>& names,
-                   Reach reach)
-    : scene_(scene), reach_(reach) {
+                   NumbersOf of)
+    : scene_(scene), of_(of) {
   if (names.empty())
     throw InvalidArgument(in_file(scene.path) +
                           "no parameters are named, expected names such as \"link_6\", "
@@ -197,7 +197,7 @@ bool Unknowns::add_of_part(const std::string& name, const Assembly& a) {
   };
   return add_of("element", scene_.elements) || add_of("body", scene_.bodies) ||
          add_of("contact", scene_.contacts) ||
-         (reach_ == Reach::run &&
+         (of_ == NumbersOf::run &&
           (add_of("controller", scene_.controllers) || add_of("actuator", scene_.actuators)));
 }
 
@@ -205,7 +205,7 @@ void Unknowns::add_key(const std::string& name, const std::string& key, const As
   static const Names of_field = {"initial", "environment", "model", "element", "body", "contact"},
                      of_run = {"initial", "environment", "model",    "element", "body", "contact",
                                "orbit",   "controller",  "actuator", "event",   "stop", "output"};
-  const Names& first = reach_ == Reach::run ? of_run : of_field;
+  const Names& first = of_ == NumbersOf::run ? of_run : of_field;
   const std::string table = key.substr(0, key.find_first_of(".["));
   std::vector<std::string> known;
   for (const Element& e : scene_.elements) known.push_back(e.name);

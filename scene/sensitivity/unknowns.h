@@ -25,7 +25,7 @@ inline constexpr const char* inertial_numbers[] = {
     "inertia.xy", "inertia.xz", "inertia.yy", "inertia.yz", "inertia.zz"};
 
 /// The tables of a scene whose numbers may be named.
-enum class Reach {
+enum class NumbersOf {
   field,  ///< those that act through the field of the model
   run     ///< all but how it is integrated and judged: controllers, actuators, events, orbits too
 };
@@ -36,7 +36,7 @@ enum class Reach {
 /// "<body>.mass" [kg], with the centre of mass and the inertia about it kept; "<body>.com.x" [m] in
 /// the body's frame; "<body>.inertia.xx" [kg m²] about the centre of mass along the body's axes,
 /// .xy for both elements; "<element>.<key>", a number of an [[element]], a [[body]] or a
-/// [[contact]], and with Reach::run of a [[controller]] or an [[actuator]], by its name,
+/// [[contact]], and with NumbersOf::run of a [[controller]] or an [[actuator]], by its name,
 /// "target.linear_velocity[0]"; "<joint>.position", ".velocity", start values; any other number of
 /// the scene by its key as in [ensemble], "environment.vector[2]".
 ///
@@ -48,7 +48,7 @@ class Unknowns {
   /// @throws InvalidArgument for a name that is none, twice the same number, a number that the
   ///   scene does not state, a positive one that is 0, a body that is not physical or has no mass
   Unknowns(const Scene& scene, const Assembly& assembly, const std::vector<std::string>& names,
-           Reach reach = Reach::field);
+           NumbersOf of = NumbersOf::field);
 
   /// One for each entry of z.
   const std::vector<Unknown>& list() const { return list_; }
@@ -91,7 +91,7 @@ class Unknowns {
   std::vector<Replacement> replacements(std::span<const double> z) const;
 
   const Scene& scene_;
-  Reach reach_;
+  NumbersOf of_;
   std::vector<Unknown> list_;
   std::vector<double> start_;
   std::vector<char> logarithmic_;
