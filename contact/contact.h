@@ -84,14 +84,6 @@ class ContactModel : public phs::ModelFor<ContactModel> {
   /// The rigid contact or stop whose shapes overlap most at a state, and by how much [m | rad]; one
   /// whose shapes are near, or "", if none overlap.
   std::pair<std::string, double> deepest_rigid(const phs::State& state) const;
-  /// How deep the shapes of a contact are in each other.
-  struct Depth {
-    double depth = 0;      ///< the largest of its points, 0: none overlap [m]
-    double half_size = 0;  ///< there, half of the least extent of the smaller shape [m]
-    double energy = 0;     ///< stored in all its points [J]
-  };
-  /// Of each of contacts(), at a state. Cost: O(pairs).
-  std::vector<Depth> soft_depths(const phs::State& state) const;
 
   /// A surface as placed in the mechanism.
   struct Seat {
@@ -131,6 +123,8 @@ class ContactModel : public phs::ModelFor<ContactModel> {
     double friction;  ///< Coulomb's μ, 0 of a stop
   };
   const std::vector<Rigid>& rigid() const { return rigid_; }
+  /// Of contacts() and stops().
+  const Placed& soft() const { return placed_; }
   /// Their seats and stops; `contact` is an index of rigid(); the stops are its last elements.
   /// n bodies among themselves are n²/2 pairs: those that are near are found by NearPairs.
   const Placed& rigid_seats() const { return placed_rigid_; }

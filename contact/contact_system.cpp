@@ -1,7 +1,7 @@
 // The system of a mechanism with contacts and stops: their forces, losses and rows in the ledger.
 #include <algorithm>
 
-#include "contact/detail/gaps.h"
+#include "contact/detail/point_forces.h"
 #include "phs/system/forwarding.h"
 
 namespace porthos::contact {
@@ -135,7 +135,7 @@ class ContactSystem final : public phs::Forwarding<T> {
       T loss(0.0), rubbed(0.0);
       each_touch([&](const ContactModel::Pair& p, size_t pair, size_t i) {
         if (p.contact != c) return;
-        const Slip v = slip(pair, i);
+        const Slip<T> v = slip(gaps_, pair, i);
         loss = loss + coefficients_[2 * i] * v.depth_rate * v.depth_rate;
         rubbed = rubbed + coefficients_[2 * i + 1] * dot(v.along, v.along);
       });
@@ -235,20 +235,10 @@ class ContactSystem final : public phs::Forwarding<T> {
   }
 
   // --- losses ------------------------------------------------------------------------------------
-  struct Slip {
-    T depth_rate;
-    Vec3<T> along;  ///< of B relative to A, across the normal
-  };
   /// Joint rates of the efforts e, and the twists of all nodes.
   void move(In x, In e) {
     passes::transposed_lift(m_, x.data(), e.data() + nq_, rates_.data());
     if (!placed_.pairs.empty()) passes::twists(m_, gaps_.w, rates_.data());
-  }
-  Slip slip(size_t pair, size_t i) const {
-    const Vec3<T> v = gaps_.apart(pair, i);
-    const Vec3<T>& n = gaps_.touch[i].n;
-    const T apart = dot(n, v);
-    return {-apart, fma(-apart, n, v)};
   }
   const T& of_stop(size_t s, size_t side) const {
     return coefficients_[2 * placed_.points + 2 * s + side];
@@ -257,12 +247,10 @@ class ContactSystem final : public phs::Forwarding<T> {
   void resist() {
     each_touch([&](const ContactModel::Pair& p, size_t pair, size_t i) {
       const Law& law = model_.contacts()[p.contact].law;
-      const Slip v = slip(pair, i);
-      const T f = elastic_force(law, T(-gaps_.touch[i].gap));
-      coefficients_[2 * i] = loss_coefficient(law, f, v.depth_rate);
-      coefficients_[2 * i + 1] =
-          law.friction > 0 ? friction_coefficient(law, f, v.depth_rate, dot(v.along, v.along))
-                           : T(0.0);
+      const Slip<T> v = slip(gaps_, pair, i);
+      const auto c = resistance(law, elastic_force(law, T(-gaps_.touch[i].gap)), v);
+      coefficients_[2 * i] = c.loss;
+      coefficients_[2 * i + 1] = c.friction;
     });
     for (size_t s = 0; s < placed_.stops.size(); ++s)
       for (size_t side = 0; side < 2; ++side) {
@@ -277,7 +265,7 @@ class ContactSystem final : public phs::Forwarding<T> {
   /// Forces of the coefficients at the motion of move(), times `sign`.
   void push_losses(const T& sign) {
     each_touch([&](const ContactModel::Pair&, size_t pair, size_t i) {
-      const Slip v = slip(pair, i);
+      const Slip<T> v = slip(gaps_, pair, i);
       const Vec3<T> normal = (coefficients_[2 * i] * v.depth_rate) * gaps_.touch[i].n;
       gaps_.push_apart(pair, i, sign * (normal - coefficients_[2 * i + 1] * v.along));
     });

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "contact/rigid.h"
+#include "contact/soft_touches.h"
 #include "contact/sticking.h"
 #include "contact/time_stepping.h"
 #include "contact/urdf_shapes.h"
@@ -14,9 +15,6 @@
 
 namespace porthos::scene {
 namespace {
-
-/// In [[contact]] against: the links among themselves.
-constexpr const char* each_other = "each other";
 
 /// The surfaces of links, or of the world.
 std::vector<contact::Surface> surfaces(const Scene& scene, const std::vector<std::string>& links,
@@ -108,7 +106,13 @@ const phs::Model* mechanism_of(const phs::NetworkModel& network) {
   }
 }
 
-/// The contacts in a model of a scene, or null.
+/// Whether a method of a scene has rigid contacts without events.
+bool makes_jumps(const std::string& method) {
+  return integrators::knows_method(method) && integrators::declaration_of(method).needs.contacts;
+}
+
+}  // namespace
+
 const contact::ContactModel* contacts_in(const phs::Model& model) {
   if (const auto* craft = dynamic_cast<const space::Spacecraft*>(&model))
     return contacts_in(craft->internal());
@@ -118,13 +122,6 @@ const contact::ContactModel* contacts_in(const phs::Model& model) {
   }
   return dynamic_cast<const contact::ContactModel*>(&model);
 }
-
-/// Whether a method of a scene has rigid contacts without events.
-bool makes_jumps(const std::string& method) {
-  return integrators::knows_method(method) && integrators::declaration_of(method).needs.contacts;
-}
-
-}  // namespace
 
 std::shared_ptr<const phs::Model> with_contacts(
     std::shared_ptr<const phs::Model> inner,
@@ -267,10 +264,11 @@ std::vector<mechanics::UrdfNote> notes_on_depths(const Scene& scene, const phs::
                                                  const phs::State& start) {
   const auto* const contacts = contacts_in(model);
   if (!contacts || contacts->contacts().empty()) return {};
-  const auto depths = contacts->soft_depths(start);
+  contact::SoftTouches touches(*contacts);
+  const auto all = touches.at(start);
   std::vector<mechanics::UrdfNote> notes;
-  for (size_t k = 0; k < depths.size(); ++k) {
-    const auto& at = depths[k];
+  for (size_t k = 0; k < all.size(); ++k) {
+    const contact::SoftTouch& at = all[k];
     if (!(at.depth > 0.1 * at.half_size)) continue;
     const std::string& name = contacts->contacts()[k].name;
     for (const SceneContact& c : scene.contacts)

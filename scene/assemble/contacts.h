@@ -2,6 +2,7 @@
 #include <functional>
 #include <memory>
 
+#include "contact/contact.h"
 #include "integrators/core/integrator.h"
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
@@ -23,6 +24,12 @@ std::shared_ptr<const phs::Model> with_contacts(
 /// @throws InvalidArgument naming file and line: two links of a contact that are one rigid body at
 ///   the start; links that shall touch each other of which no two can
 void check_contacts(const Scene& scene, const phs::Model& model);
+
+/// The contacts in a model of a scene, null: none.
+const contact::ContactModel* contacts_in(const phs::Model& model);
+
+/// In [[contact]] against: the links among themselves.
+inline constexpr const char* each_other = "each other";
 
 /// Whether the force of some contact, stop or dry joint of a scene, or a derivative of it, jumps
 /// where it begins to touch, or stops.

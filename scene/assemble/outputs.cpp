@@ -9,7 +9,6 @@
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/joint_list.h"
 #include "mechanics/kinematics.h"
-#include "scene/read/joint_place.h"
 
 namespace porthos::scene {
 namespace {
@@ -20,28 +19,7 @@ void put(const Vec3d& v, std::span<double> to) {
   for (int k = 0; k < 3; ++k) to[size_t(k)] = v[k];
 }
 
-/// The unit of an output; that of a joint depends on the mechanism, that of σ on the actuator.
-std::string unit_of(const Output& o, const Scene& scene, const Assembly& a) {
-  if (o.quantity == OutputQuantity::stiffness_setting)
-    for (const JointActuator& j : scene.actuators)
-      if (j.name == o.of_what) return j.actuator.elastic->traits().sigma_unit;
-  if (!o.unit.empty() || !a.mechanism) return o.unit;
-  for (const auto& f : freedoms_of(*a.mechanism))
-    if (f.name == o.of_what)
-      return o.quantity == OutputQuantity::joint_position ? f.of->unit
-             : o.quantity == OutputQuantity::joint_rate   ? f.of->rate_unit
-                                                          : f.of->effort_unit;
-  return "";
-}
-
 }  // namespace
-
-std::vector<OutputColumn> output_columns(const Scene& scene, const Assembly& assembly) {
-  std::vector<OutputColumn> all;
-  for (const Output& o : scene.outputs)
-    all.push_back({o.name, unit_of(o, scene, assembly), o.size()});
-  return all;
-}
 
 Outputs::Outputs(const Scene& scene, const Assembly& assembly, std::vector<Output> outputs)
     : scene_(scene),
@@ -143,6 +121,7 @@ std::span<const double> Outputs::at(double t, const phs::State& s, std::span<con
                                           std::span<const double>(world.x).subspan(nq, nq));
   if (places_) mechanics::forward_kinematics<double>(m, *w_, q, poses_);
   evaluate_fields(t, s, held);
+  if (contacts_) touches_ = contacts_->at(s);
   size_t to = 0;
   for (Item& item : items_) {
     const auto own = std::span(values_).subspan(to, item.output->size());
@@ -201,6 +180,10 @@ void Outputs::evaluate(Item& item, const phs::State& s, std::span<double> to) {
     case OutputQuantity::spring_torque:
       to[0] = of_spring(item, s);
       return;
+    case OutputQuantity::contact_force:
+    case OutputQuantity::normal_force:
+    case OutputQuantity::overlap:
+      return of_contact(item, to);
     case OutputQuantity::altitude: {
       const double* r = s.x.data() + s.x.size() - 6;
       to[0] = std::hypot(r[0], r[1], r[2]) - scene_.orbit->environment.planet.radius;
@@ -228,6 +211,12 @@ double Outputs::of_spring(const Item& item, const phs::State& s) const {
     default:
       return -item.spring->slopes(q, theta, sigma).q;
   }
+}
+
+void Outputs::of_contact(const Item& item, std::span<double> to) const {
+  const contact::SoftTouch& touch = touches_[item.contact];
+  if (item.output->quantity == OutputQuantity::contact_force) return put(touch.force, to);
+  to[0] = item.output->quantity == OutputQuantity::overlap ? touch.depth : touch.pressed;
 }
 
 /// The force that changes p by the difference of the fields: the joint momenta are linear in p.

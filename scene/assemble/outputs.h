@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "contact/soft_touches.h"
 #include "integrators/core/run_model.h"
 #include "mechanics/mechanism.h"
 #include "phs/system/reactions.h"
@@ -57,6 +58,7 @@ class Outputs {
     bool whole = false;                      ///< its momenta follow from all numbers of the joint
     bool turned = false;                     ///< the child of its joint carries what was the parent
     int row = -1;                            ///< of the storage or power
+    size_t contact = 0;                      ///< of ContactModel::contacts()
     size_t told = 0;                         ///< place in the memory of the sampled controllers
     const vsa::Elastic* spring = nullptr;    ///< of the actuator
     ActuatorPlace at;
@@ -69,6 +71,7 @@ class Outputs {
   void bind_joint(Item& item);
   void bind_row(Item& item);
   void bind_spring(Item& item);
+  void bind_contact(Item& item);
   void bind_told(Item& item);
   Place place(const LinkPoint& point, const std::string& where) const;
   void refuse_wrench(const Output& o) const;
@@ -77,6 +80,7 @@ class Outputs {
   void evaluate(Item& item, const phs::State& s, std::span<double> to);
   double torque(const Item& item, const phs::State& s) const;
   double of_spring(const Item& item, const phs::State& s) const;
+  void of_contact(const Item& item, std::span<double> to) const;
   void motion(const Item& item, std::span<double> to) const;
   void frame(const Item& item, std::span<double> to) const;
   void momenta(const Item& item, std::span<double> to) const;
@@ -102,6 +106,8 @@ class Outputs {
   bool places_ = false, twists_ = false;  ///< what is needed
   // The system in motion, without the orbit, and the mechanism alone.
   std::unique_ptr<phs::System<double>> whole_, inner_, mechanism_;
+  std::optional<contact::SoftTouches> contacts_;
+  std::span<const contact::SoftTouch> touches_;
   std::optional<phs::Reactions> reactions_;  ///< of couplings and driven joints, for wrenches
   std::vector<double> stored_, powers_, efforts_, field_, bare_field_, forces_, angles_;
 };

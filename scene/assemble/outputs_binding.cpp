@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "scene/assemble/contacts.h"
 #include "scene/assemble/outputs.h"
 #include "scene/read/joint_place.h"
 
@@ -16,7 +17,28 @@ bool of_links(OutputQuantity q) { return q <= OutputQuantity::distance; }
   throw InvalidArgument(fmt::format("{}: output '{}': {}", o.where, o.name, why));
 }
 
+/// The unit of an output; that of a joint depends on the mechanism, that of σ on the actuator.
+std::string unit_of(const Output& o, const Scene& scene, const Assembly& a) {
+  if (o.quantity == OutputQuantity::stiffness_setting)
+    for (const JointActuator& j : scene.actuators)
+      if (j.name == o.of_what) return j.actuator.elastic->traits().sigma_unit;
+  if (!o.unit.empty() || !a.mechanism) return o.unit;
+  for (const auto& f : freedoms_of(*a.mechanism))
+    if (f.name == o.of_what)
+      return o.quantity == OutputQuantity::joint_position ? f.of->unit
+             : o.quantity == OutputQuantity::joint_rate   ? f.of->rate_unit
+                                                          : f.of->effort_unit;
+  return "";
+}
+
 }  // namespace
+
+std::vector<OutputColumn> output_columns(const Scene& scene, const Assembly& assembly) {
+  std::vector<OutputColumn> all;
+  for (const Output& o : scene.outputs)
+    all.push_back({o.name, unit_of(o, scene, assembly), o.size()});
+  return all;
+}
 
 Outputs::Place Outputs::place(const LinkPoint& p, const std::string& where) const {
   const mechanics::Pose point{mechanics::Mat3<double>::identity(), p.at};
@@ -39,6 +61,7 @@ void Outputs::bind(Item& item) {
   if (o.of_joint()) bind_joint(item);
   if (o.quantity == OutputQuantity::energy || o.quantity == OutputQuantity::power) bind_row(item);
   if (o.of_actuator()) bind_spring(item);
+  if (o.of_contact()) bind_contact(item);
   if (o.of_controller()) bind_told(item);
   if (o.quantity == OutputQuantity::altitude && !scene_.orbit)
     refuse_output(o, "the scene has no [orbit], expected one");
@@ -138,6 +161,36 @@ void Outputs::bind_told(Item& item) {
   if (!item.gone)
     refuse_output(o, fmt::format("there is no {} of a controller '{}', expected {}", o.number,
                                  o.of_what, known.empty() ? "a whole_body" : known));
+}
+
+void Outputs::bind_contact(Item& item) {
+  const Output& o = *item.output;
+  std::vector<std::string> soft;
+  for (const SceneContact& c : scene_.contacts) {
+    if (!c.law.rigid()) soft.push_back(c.name);
+    if (c.name != o.of_what) continue;
+    if (c.law.rigid())
+      refuse_output(o,
+                    fmt::format("contact '{}' is rigid and has impulses, no forces, expected one "
+                                "with a soft law",
+                                c.name));
+    if (o.quantity == OutputQuantity::contact_force &&
+        std::ranges::find(c.against, each_other) != c.against.end())
+      refuse_output(o, fmt::format("the forces of contact '{}' among its links have the sum 0, "
+                                   "expected quantity = \"normal_force\"",
+                                   c.name));
+  }
+  const auto* const model = contacts_in(*assembly_.model);
+  const auto& known = model ? model->contacts() : std::vector<contact::Contact>{};
+  const auto at = std::ranges::find(known, o.of_what, &contact::Contact::name);
+  item.contact = size_t(at - known.begin());
+  item.gone = at == known.end() && assembly_.is_phase;
+  if (item.gone) return;
+  if (at == known.end())
+    refuse_output(
+        o, fmt::format("there is no soft [[contact]] '{}', expected {}", o.of_what,
+                       soft.empty() ? "one" : fmt::format("one of: {}", fmt::join(soft, ", "))));
+  if (!contacts_) contacts_.emplace(*model);
 }
 
 void Outputs::bind_spring(Item& item) {

@@ -25,6 +25,10 @@ keys::Keys joint_key() { return {keys::text("joint", keys::required, "as porthos
 
 keys::Keys actuator_key() { return {keys::text("actuator", keys::required, "the name of one")}; }
 
+keys::Keys contact_key() {
+  return {keys::text("contact", keys::required, "the name of a soft one")};
+}
+
 keys::Keys frame_keys(const char* axes) {
   using namespace keys;
   return {text("link", required, "of the model, or a [[body]]"),
@@ -123,6 +127,13 @@ std::vector<QuantityInfo> quantities_of_motion() {
       {OutputQuantity::spring_torque, "spring_torque", 1, "N m",
        "What the spring of an actuator exerts on the link, less the derivative of its energy.",
        actuator_key()},
+      {OutputQuantity::contact_force, "contact_force", 3, "N",
+       "Of a soft contact, friction included, on its `links`.", contact_key()},
+      {OutputQuantity::normal_force, "normal_force", 1, "N",
+       "Of a soft contact: the sum of the normal forces of its points.", contact_key()},
+      {OutputQuantity::overlap, "overlap", 1, "m",
+       "Of a soft contact: how deep its shapes are in each other, 0 where they are apart.",
+       contact_key()},
       {OutputQuantity::altitude,
        "altitude",
        1,
@@ -184,10 +195,10 @@ Output read_output(const Table& t, const QuantityInfo& k, const std::vector<std:
   };
   const bool of_frame = has_key("relative_to");
   if (of_frame) t.require("link", "the name of a link");
-  for (const char* key : {"joint", "row", "actuator", "controller"})
-    if (has_key(key)) o.of_what = t.text(key, "a name");
+  for (const char* key : {"joint", "row", "actuator", "controller", "contact"})
+    if (has_key(key) && o.of_what.empty()) o.of_what = t.text(key, "a name");
   if (has_key("task")) o.number = "error " + t.text("task", "a name");
-  if (has_key("contact")) o.number = "force " + t.text("contact", "a name");
+  if (has_key("contact") && o.of_controller()) o.number = "force " + t.text("contact", "a name");
   if (!of_frame && t.has("link")) o.of_what = o.of.link;
   if (k.quantity == OutputQuantity::euler_angles) o.sequence = t.choice("sequence");
   if (k.quantity != OutputQuantity::formula) return o;

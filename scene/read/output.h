@@ -42,6 +42,9 @@ struct Output {
     stiffness_setting,
     stiffness,
     spring_torque,
+    contact_force,
+    normal_force,
+    overlap,
     altitude,
     task_error,
     planned_force,
@@ -49,8 +52,9 @@ struct Output {
   } quantity;
   std::string name;
   LinkPoint of, seen_from;  ///< of quantities of links
-  std::string of_what;      ///< the joint, actuator, row of the ledger, link (empty: all bodies)
-  std::string number;       ///< of a controller: what it tells, as phs::Shown names it
+  /// The joint, actuator, contact, row of the ledger, link (empty: all bodies).
+  std::string of_what;
+  std::string number;  ///< of a controller: what it tells, as phs::Shown names it
   std::string formula;
   std::string sequence;  ///< of Euler angles
   std::string unit;      ///< empty: that of the joint or of the stiffness setting
@@ -61,6 +65,9 @@ struct Output {
   }
   bool of_actuator() const {
     return quantity >= Quantity::deflection && quantity <= Quantity::spring_torque;
+  }
+  bool of_contact() const {
+    return quantity >= Quantity::contact_force && quantity <= Quantity::overlap;
   }
   bool of_controller() const {
     return quantity == Quantity::task_error || quantity == Quantity::planned_force;

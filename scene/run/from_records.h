@@ -1,4 +1,5 @@
 #pragma once
+#include "scene/run/contact_depths.h"
 #include "scene/run/joint_limits.h"
 #include "scene/run/law_limits.h"
 #include "scene/run/output_summary.h"
@@ -16,10 +17,12 @@ class FromRecords {
         springs_(scene, assembly, layout),
         limits_(assembly, layout),
         joints_(scene, assembly, layout),
+        depths_(assembly, layout),
         outputs_(scene, layout) {}
   /// Whether it needs records.
   bool any() const {
-    return momenta_.any() || springs_.any() || limits_.any() || joints_.any() || outputs_.any();
+    return momenta_.any() || springs_.any() || limits_.any() || joints_.any() || depths_.any() ||
+           outputs_.any();
   }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record) {
@@ -27,12 +30,14 @@ class FromRecords {
     springs_.see(record);
     limits_.see(record);
     joints_.see(record);
+    depths_.see(record);
     outputs_.see(record);
   }
   void fill(RunReport& report) const {
     momenta_.fill(report);
     springs_.fill(report);
     joints_.fill(report);
+    depths_.fill(report);
     limits_.fill(report);
     outputs_.fill(report);
   }
@@ -42,6 +47,7 @@ class FromRecords {
   SpringRanges springs_;
   LawLimits limits_;
   JointLimits joints_;
+  ContactDepths depths_;
   OutputSummary outputs_;
 };
 
