@@ -1,12 +1,15 @@
-// What a gradient costs: a product with the transposed derivative against a field, and the gradient
-// of a run against the run.
+// What a gradient costs: a product with the transposed derivative against a field, all derivatives
+// of the dynamics against their values, and the gradient of a run against the run.
 #include <benchmark/benchmark.h>
 
 #include "bench/gradient_bench.h"
 #include "integrators/core/stage_lanes.h"
 #include "integrators/derivatives/run_gradient.h"
+#include "mechanics/aba.h"
+#include "mechanics/derivatives/dynamics_derivatives.h"
 #include "mechanics/derivatives/field_tangent.h"
 #include "mechanics/derivatives/linearised_mechanism.h"
+#include "mechanics/rnea.h"
 
 namespace porthos::bench {
 namespace {
@@ -31,6 +34,29 @@ void in_lanes(benchmark::State& state, std::shared_ptr<const mechanics::Mechanic
     if (work == Work::at) linear->at(T(0.0), x, f);
     if (work == Work::product) linear->transpose_times(l, f);
     if (work == Work::parameters) linear->add_gradient(T(1.0), gradient);
+    benchmark::ClobberMemory();
+  }
+}
+
+enum class Kernel { rnea, rnea_derivatives, aba, aba_derivatives };
+
+/// Inverse or forward dynamics, alone and with all its derivatives.
+template <class T>
+void dynamics(benchmark::State& state, std::shared_ptr<const mechanics::MechanicalModel> model,
+              const phs::State& start, Kernel kernel) {
+  const auto& m = model->mechanism();
+  const size_t n = size_t(m.nv());
+  mechanics::Workspace<T> w(m);
+  mechanics::DerivativeWorkspace<T> d(m);
+  const std::vector<T> q(start.x.begin(), start.x.begin() + m.nq()), v(n, T(0.3)), a(n, T(0.2));
+  std::vector<T> out(n), dq(n * n), dv(n * n), du(n * n);
+  for (auto _ : state) {
+    if (kernel == Kernel::rnea) mechanics::rnea<T>(m, w, q, v, a, {}, out);
+    if (kernel == Kernel::aba) mechanics::aba<T>(m, w, q, v, {a, {}}, out);
+    if (kernel == Kernel::rnea_derivatives)
+      mechanics::rnea_derivatives<T>(m, w, d, q, v, a, {}, out, dq, dv);
+    if (kernel == Kernel::aba_derivatives)
+      mechanics::aba_derivatives<T>(m, w, d, q, v, {a, {}}, out, dq, dv, du);
     benchmark::ClobberMemory();
   }
 }
@@ -80,6 +106,14 @@ void add_gradients(const std::string& name,
   for (const auto& [what, work] : works) {
     add(what, in_lanes<double>, work);
     add(std::string(what) + "_lanes", in_lanes<Lanes>, work);
+  }
+  const std::pair<const char*, Kernel> kernels[]{{"rnea", Kernel::rnea},
+                                                 {"rnea_derivatives", Kernel::rnea_derivatives},
+                                                 {"aba", Kernel::aba},
+                                                 {"aba_derivatives", Kernel::aba_derivatives}};
+  for (const auto& [what, kernel] : kernels) {
+    add(what, dynamics<double>, kernel);
+    add(std::string(what) + "_lanes", dynamics<Lanes>, kernel);
   }
   const std::int64_t steps = 2000;
   add("run", run, h, steps);

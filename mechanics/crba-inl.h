@@ -4,27 +4,6 @@
 #include "mechanics/passes-inl.h"
 
 namespace porthos::mechanics {
-namespace crba_detail {
-
-/// Transforms a rigid inertia from the child's to the parent's frame; 10 numbers instead of 21.
-template <class T>
-RigidInertia<T> to_parent(const Transform<T>& X, const RigidInertia<T>& c) {
-  // I' = R I Rᵀ - r× (R mc)× - (R mc + m r)× r×
-  const Vec3<T> mc = X.R * c.mc, s = fma(c.m, X.r, mc), &r = X.r;
-  Sym3<T> I = rotated(X.R, c.I);
-  const T x = fma(r.x, mc.x, s.x * r.x), y = fma(r.y, mc.y, s.y * r.y),
-          z = fma(r.z, mc.z, s.z * r.z);
-  I.xx += y + z;
-  I.yy += x + z;
-  I.zz += x + y;
-  I.xy = fma(-r.y, mc.x, fma(-s.y, r.x, I.xy));
-  I.xz = fma(-r.z, mc.x, fma(-s.z, r.x, I.xz));
-  I.yz = fma(-r.z, mc.y, fma(-s.z, r.y, I.yz));
-  return {c.m, s, I};
-}
-
-}  // namespace crba_detail
-
 template <class T>
 [[gnu::flatten]] void crba(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                            std::span<T> M) {
@@ -53,7 +32,7 @@ template <class T>
       if (n.axial)
         passes::climb<void>(n, w.screw[i], below);
       else
-        below = crba_detail::to_parent(w.X[i], composite);
+        below = mechanics::to_parent(w.X[i], composite);
       store(size_t(n.parent), {above.m + below.m, above.mc + below.mc, above.I + below.I});
     }
     visit_joint(n.type, [&](auto J) {

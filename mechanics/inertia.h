@@ -27,6 +27,23 @@ struct RigidInertia {
   }
 };
 
+/// Transforms a rigid inertia from the child's to the parent's frame; 10 numbers instead of 21.
+template <class T>
+RigidInertia<T> to_parent(const Transform<T>& X, const RigidInertia<T>& c) {
+  // I' = R I Rᵀ - r× (R mc)× - (R mc + m r)× r×
+  const Vec3<T> mc = X.R * c.mc, s = fma(c.m, X.r, mc), &r = X.r;
+  Sym3<T> I = rotated(X.R, c.I);
+  const T x = fma(r.x, mc.x, s.x * r.x), y = fma(r.y, mc.y, s.y * r.y),
+          z = fma(r.z, mc.z, s.z * r.z);
+  I.xx += y + z;
+  I.yy += x + z;
+  I.zz += x + y;
+  I.xy = fma(-r.y, mc.x, fma(-s.y, r.x, I.xy));
+  I.xz = fma(-r.z, mc.x, fma(-s.z, r.x, I.xz));
+  I.yz = fma(-r.z, mc.y, fma(-s.z, r.y, I.yz));
+  return {c.m, s, I};
+}
+
 /// Articulated inertia [I H; Hᵀ M]: 21 numbers.
 template <class T>
 struct ArticulatedInertia {

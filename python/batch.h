@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "mechanics/derivatives/dynamics_derivatives.h"
 #include "mechanics/mechanism.h"
 #include "python/arrays.h"
 #include "python/lanes.h"
@@ -16,10 +17,13 @@ using SharedMechanism = std::shared_ptr<const mechanics::Mechanism>;
 /// The scratch of the kernels, kept between calls: one per thread for each of the last few
 /// mechanisms.
 struct Scratch {
-  explicit Scratch(const SharedMechanism& m) : mechanism(m), one(*m), eight(*m) {}
+  explicit Scratch(const SharedMechanism& m)
+      : mechanism(m), one(*m), eight(*m), of_one(*m), of_eight(*m) {}
   std::weak_ptr<const mechanics::Mechanism> mechanism;
   mechanics::Workspace<double> one;
   mechanics::Workspace<phs::Pack8> eight;
+  mechanics::DerivativeWorkspace<double> of_one;
+  mechanics::DerivativeWorkspace<phs::Pack8> of_eight;
   std::vector<double> numbers;
   std::vector<phs::Pack8> packs;
   std::vector<mechanics::Force<double>> wrench;
@@ -27,6 +31,13 @@ struct Scratch {
   std::vector<mechanics::Transform<double>> pose;
   std::vector<mechanics::Transform<phs::Pack8>> poses;
 
+  template <class T>
+  mechanics::DerivativeWorkspace<T>& derivatives() {
+    if constexpr (std::is_same_v<T, double>)
+      return of_one;
+    else
+      return of_eight;
+  }
   template <class T>
   auto& pick(auto& of_double, auto& of_packs, size_t n) {
     auto& v = [&]() -> auto& {

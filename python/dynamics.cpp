@@ -5,6 +5,7 @@
 
 #include "mechanics/aba.h"
 #include "mechanics/crba.h"
+#include "mechanics/derivatives/dynamics_derivatives.h"
 #include "mechanics/kinematics.h"
 #include "mechanics/momentum.h"
 #include "mechanics/rnea.h"
@@ -132,6 +133,45 @@ py::tuple hamiltonian_field_of(const SharedMechanism& m, py::object q, py::objec
   return py::make_tuple(q_dot, p_dot);
 }
 
+/// A square matrix from columns to rows.
+template <class T>
+void transpose(std::span<T> A, size_t n) {
+  for (size_t i = 0; i < n; ++i)
+    for (size_t j = 0; j < i; ++j) std::swap(A[i * n + j], A[j * n + i]);
+}
+
+/// A kernel's value, and its derivatives by q, by v and, of forward dynamics, by the joint forces.
+template <bool forward>
+py::tuple derivatives_of(const SharedMechanism& m, py::object q, py::object v, py::object given,
+                         py::object wrench) {
+  constexpr size_t matrices = forward ? 3 : 2;
+  Rows r;
+  const size_t n = nv(m);
+  const std::array<Source, 4> in{
+      {{r.in("q", q, nq(m)), nq(m)},
+       {r.in("v", v, n), n},
+       {r.in(forward ? "tau" : "vdot", given, n), n},
+       {r.in("wrench", wrench, wrench_shape(m), true), 6 * size_t(m->body_count())}}};
+  py::tuple all(matrices + 1);
+  std::array<Target, matrices + 1> out;
+  for (size_t k = 0; k <= matrices; ++k) {
+    auto array =
+        k == 0 ? r.out("out", py::none(), n) : r.out("out", py::none(), Shape{m->nv(), m->nv()});
+    out[k] = {array.mutable_data(), k == 0 ? n : n * n};
+    all[k] = array;
+  }
+  over_rows(m, r, in, out, [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
+    const auto forces = wrenches<T>(s, a[3]);
+    auto& d = s.derivatives<T>();
+    if constexpr (forward)
+      aba_derivatives<T>(*m, w, d, a[0], a[1], {a[2], forces}, o[0], o[1], o[2], o[3]);
+    else
+      rnea_derivatives<T>(*m, w, d, a[0], a[1], a[2], forces, o[0], o[1], o[2]);
+    for (size_t k = 1; k <= matrices; ++k) transpose(o[k], n);
+  });
+  return all;
+}
+
 }  // namespace
 
 void bind_dynamics(py::module_& m) {
@@ -155,6 +195,19 @@ Source: Featherstone 2008, table 7.1.)");
 
 Shapes as in aba; v and vdot left out are zero. Returns tau, (nv,) or (n, nv).
 Source: Featherstone 2008, table 5.1, with the world accelerated by -g.)");
+  m.def("rnea_derivatives", &derivatives_of<false>, arg("mechanism"), arg("q"), arg("v"),
+        arg("vdot"), arg("wrench") = none,
+        R"(Inverse dynamics and its derivatives, O(n depth): returns (tau, dtau_dq, dtau_dv).
+
+Shapes as in rnea; the matrices are (nv, nv) or (n, nv, nv). The derivative by the coordinates of a ball or free joint is
+along its twists: it turns about the child's axes, a free joint also moves along them. Rates and wrenches keep their
+values in their bodies' axes. Source: Carpentier, Mansard 2018; Singh, Russell, Wensing 2022.)");
+  m.def(
+      "aba_derivatives", &derivatives_of<true>, arg("mechanism"), arg("q"), arg("v"), arg("tau"),
+      arg("wrench") = none,
+      R"(Forward dynamics and its derivatives: returns (vdot, dvdot_dq, dvdot_dv, dvdot_dtau), the last M(q)^-1.
+
+Shapes and coordinates as in rnea_derivatives. Springs and dampers of the mechanism's joints are not part of it.)");
   m.def("crba", &crba_of, arg("mechanism"), arg("q"), arg("out") = none,
         R"(Joint-space mass matrix by the composite-rigid-body algorithm, O(n depth).
 

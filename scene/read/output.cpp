@@ -41,6 +41,17 @@ keys::Keys point_keys(const char* axes) {
                  numbers("relative_at", 3, "m", "[0, 0, 0]", "a point of relative_to")});
 }
 
+/// What soft contacts do.
+std::vector<QuantityInfo> quantities_of_contacts() {
+  return {{OutputQuantity::contact_force, "contact_force", 3, "N",
+           "Of a soft contact, friction included, on its `links`.", contact_key()},
+          {OutputQuantity::normal_force, "normal_force", 1, "N",
+           "Of a soft contact: the sum of the normal forces of its points.", contact_key()},
+          {OutputQuantity::overlap, "overlap", 1, "m",
+           "Of a soft contact: how deep its shapes are in each other, 0 where they are apart.",
+           contact_key()}};
+}
+
 /// What whole-body controllers tell.
 std::vector<QuantityInfo> quantities_of_controllers() {
   using namespace keys;
@@ -127,13 +138,6 @@ std::vector<QuantityInfo> quantities_of_motion() {
       {OutputQuantity::spring_torque, "spring_torque", 1, "N m",
        "What the spring of an actuator exerts on the link, less the derivative of its energy.",
        actuator_key()},
-      {OutputQuantity::contact_force, "contact_force", 3, "N",
-       "Of a soft contact, friction included, on its `links`.", contact_key()},
-      {OutputQuantity::normal_force, "normal_force", 1, "N",
-       "Of a soft contact: the sum of the normal forces of its points.", contact_key()},
-      {OutputQuantity::overlap, "overlap", 1, "m",
-       "Of a soft contact: how deep its shapes are in each other, 0 where they are apart.",
-       contact_key()},
       {OutputQuantity::altitude,
        "altitude",
        1,
@@ -152,8 +156,8 @@ std::vector<QuantityInfo> quantities_of_motion() {
 const std::vector<QuantityInfo>& quantities() {
   static const std::vector<QuantityInfo> all = [] {
     auto list = quantities_of_motion();
-    const auto more = quantities_of_controllers();
-    list.insert(list.end() - 1, more.begin(), more.end());
+    for (const auto& more : {quantities_of_contacts(), quantities_of_controllers()})
+      list.insert(list.end() - 1, more.begin(), more.end());
     return list;
   }();
   return all;

@@ -1,0 +1,69 @@
+#pragma once
+#include "mechanics/hamiltonian_field.h"
+
+namespace porthos::mechanics {
+
+/// Scratch memory of the two algorithms below, beside a Workspace: one per thread, allocated once.
+template <class T>
+struct DerivativeWorkspace {
+  explicit DerivativeWorkspace(const Mechanism& m)
+      : pose(m.nodes().size()),
+        bodies(m.nodes().size()),
+        columns(size_t(m.nv())),
+        beta(m.nodes().size()),
+        alpha(m.nodes().size()),
+        product(size_t(m.nv()) * size_t(m.nv())) {}
+
+  /// A body in world axes, about the origin of the first body; I to p are then of its subtree.
+  struct Body {
+    Motion<T> V, a;     ///< twist, acceleration less gravity
+    RigidInertia<T> I;  ///< inertia
+    Force<T> f;         ///< net force
+    Mat3<T> N;          ///< of B, see rnea_derivatives()
+    Vec3<T> p;          ///< linear momentum
+  };
+  /// A degree of freedom: S, and what a unit of its coordinate and of its rate adds to the twist
+  /// and the acceleration of the bodies it carries.
+  struct Column {
+    Motion<T> S, P, Q, U;
+  };
+  std::vector<Transform<T>> pose;
+  std::vector<Body> bodies;
+  std::vector<Column> columns;
+  std::vector<Force<T>> beta;    ///< per body, of one column of M⁻¹
+  std::vector<Motion<T>> alpha;  ///< likewise
+  std::vector<T> product;
+};
+
+/// Inverse dynamics τ(q, v, v̇) and its derivatives by coordinates and rates, O(n · depth):
+///
+///   ∂τ_i/∂q_j = S_i · (2B P_j + I Q_j + S_j ×* f)     ∂τ_i/∂v_j = S_i · (2B S_j + I U_j)
+///   ∂τ_j/∂q_i = S_j · (2B P_i + I Q_i)                ∂τ_j/∂v_i = S_j · (2B S_i + I U_i)
+///
+/// for joint j and each i that carries it (the term of f only if they are different joints), with
+/// I, f, B of the subtree of j, P = V_λ × S, Q = a_λ × S + V_λ × P, U = P + V × S, λ the parent. In
+/// one system of axes B acts on rotations alone: 2B (ω, u) = (N ω, 2 ω × p).
+///
+/// The derivative by the coordinates of a joint of several freedoms is along its twists: a ball or
+/// free joint turns about the child's axes, a free one moves along them. Rates keep their values in
+/// these axes, wrenches in those of their bodies.
+/// @param q  size nq;  v, vdot  size nv;  wrench  per moving body in its axes (empty: none)
+/// @param tau  written, size nv;  dq, dv  written, nv × nv, column by column
+/// Allocates nothing. Source: Carpentier, Mansard 2018 (RSS); Singh, Russell, Wensing 2022 (IEEE
+/// RA-L 7), eqs. of algorithm 1.
+template <class T>
+void rnea_derivatives(const Mechanism& m, Workspace<T>& w, DerivativeWorkspace<T>& d,
+                      std::span<const T> q, std::span<const T> v, std::span<const T> vdot,
+                      std::span<const Force<T>> wrench, std::span<T> tau, std::span<T> dq,
+                      std::span<T> dv);
+
+/// Forward dynamics v̇(q, v, τ) and its derivatives: ∂v̇/∂τ = M⁻¹, by the factors of the
+/// articulated-body algorithm, the others -M⁻¹ times those of rnea_derivatives() at v̇. O(n²) for
+/// M⁻¹, and two products of matrices.
+/// @param vdot  written, size nv;  dq, dv, dtau  written, nv × nv, column by column
+template <class T>
+void aba_derivatives(const Mechanism& m, Workspace<T>& w, DerivativeWorkspace<T>& d,
+                     std::span<const T> q, std::span<const T> v, const Loads<T>& loads,
+                     std::span<T> vdot, std::span<T> dq, std::span<T> dv, std::span<T> dtau);
+
+}  // namespace porthos::mechanics
