@@ -172,6 +172,23 @@ py::tuple derivatives_of(const SharedMechanism& m, py::object q, py::object v, p
   return all;
 }
 
+py::array_t<double> regressor_of(const SharedMechanism& m, py::object q, py::object v,
+                                 py::object vdot) {
+  Rows r;
+  const size_t columns = 10 * m->bodies().size();
+  const std::array<Source, 3> in{{{r.in("q", q, nq(m)), nq(m)},
+                                  {r.in("v", v, nv(m)), nv(m)},
+                                  {r.in("vdot", vdot, nv(m)), nv(m)}}};
+  auto Y = r.out("out", py::none(), Shape{m->nv(), py::ssize_t(columns)});
+  over_rows(m, r, in, std::array<Target, 1>{{{Y.mutable_data(), nv(m) * columns}}},
+            [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
+              by_rows<T>(s, nv(m), columns, o[0], [&](std::span<T> c) {
+                inertial_regressor<T>(*m, w, s.derivatives<T>(), a[0], a[1], a[2], c);
+              });
+            });
+  return Y;
+}
+
 }  // namespace
 
 void bind_dynamics(py::module_& m) {
@@ -208,6 +225,13 @@ values in their bodies' axes. Source: Carpentier, Mansard 2018; Singh, Russell, 
       R"(Forward dynamics and its derivatives: returns (vdot, dvdot_dq, dvdot_dv, dvdot_dtau), the last M(q)^-1.
 
 Shapes and coordinates as in rnea_derivatives. Springs and dampers of the mechanism's joints are not part of it.)");
+  m.def(
+      "inertial_regressor", &regressor_of, arg("mechanism"), arg("q"), arg("v"), arg("vdot"),
+      R"(Y of tau = Y theta, inverse dynamics as a linear function of the bodies' inertias, without rotors and wrenches.
+
+theta has ten numbers for each of mechanism.bodies: mass, first moment (3), and xx xy xz yy yz zz of the inertia about
+the origin of the body's frame, along its axes. Returns Y, (nv, 10 bodies) or (n, nv, 10 bodies).
+Source: Atkeson, An, Hollerbach 1986.)");
   m.def("crba", &crba_of, arg("mechanism"), arg("q"), arg("out") = none,
         R"(Joint-space mass matrix by the composite-rigid-body algorithm, O(n depth).
 

@@ -67,6 +67,14 @@ void spread(const Mechanism& m, DerivativeWorkspace<T>& d, std::span<const T> v,
   }
 }
 
+/// Calls f(index, column) for the freedoms of a joint.
+template <class T, class F>
+void each_freedom(const Node& n, const DerivativeWorkspace<T>& d, F f) {
+  visit_joint(n.type, [&](auto J) {
+    for (size_t l = size_t(n.v); l < size_t(n.v) + decltype(J)::nv; ++l) f(l, d.columns[l]);
+  });
+}
+
 /// The entries of one freedom with all that carry it.
 template <class T>
 void fill_column(const Mechanism& m, const DerivativeWorkspace<T>& d, size_t i, size_t j,
@@ -78,23 +86,28 @@ void fill_column(const Mechanism& m, const DerivativeWorkspace<T>& d, size_t i, 
   Force<T> by_q = change(b, c.P, c.Q);
   const Force<T> by_v = change(b, c.S, c.U), G = b.I * c.S;
   const Vec3<T> H = fma(T(2.0), cross(b.p, c.S.v), b.N.tmul(c.S.w));
-  const auto each = [&](const Node& n, auto f) {
-    visit_joint(n.type, [&](auto J) {
-      for (size_t l = size_t(n.v); l < size_t(n.v) + decltype(J)::nv; ++l) f(l, d.columns[l]);
-    });
-  };
-  each(nodes[i], [&](size_t l, const auto& own) {
+  each_freedom(nodes[i], d, [&](size_t l, const auto& own) {
     dq[l + nv * j] = dot(own.S, by_q);
     dv[l + nv * j] = dot(own.S, by_v);
   });
   by_q += cross(c.S, b.f);
   for (int a = nodes[i].parent; a >= 0; a = nodes[size_t(a)].parent)
-    each(nodes[size_t(a)], [&](size_t l, const auto& up) {
+    each_freedom(nodes[size_t(a)], d, [&](size_t l, const auto& up) {
       dq[l + nv * j] = dot(up.S, by_q);
       dv[l + nv * j] = dot(up.S, by_v);
       dq[j + nv * l] = dot(H, up.P.w) + dot(up.Q, G);
       dv[j + nv * l] = dot(H, up.S.w) + dot(up.U, G);
     });
+}
+
+/// I a + V ×* I V for a body's I with a one in its k-th number and zeros elsewhere.
+template <class T>
+Force<T> force_of_number(int k, const Motion<T>& V, const Motion<T>& a) {
+  T one[10];
+  for (int l = 0; l < 10; ++l) one[l] = T(l == k ? 1.0 : 0.0);
+  const RigidInertia<T> I{
+      one[0], {one[1], one[2], one[3]}, {one[4], one[5], one[6], one[7], one[8], one[9]}};
+  return I * a + cross(V, I * V);
 }
 
 /// Column j of M⁻¹ by the factors that aba() left in w.
@@ -149,12 +162,10 @@ void rnea_derivatives(const Mechanism& m, Workspace<T>& w, DerivativeWorkspace<T
   for (size_t i = nodes.size(); i-- > 0;) {  // leaf → root: the bodies become their subtrees
     const Node& n = nodes[i];
     const auto& b = d.bodies[i];
-    visit_joint(n.type, [&](auto J) {
-      for (size_t j = size_t(n.v); j < size_t(n.v) + decltype(J)::nv; ++j) {
-        tau[j] = dot(d.columns[j].S, b.f);
-        if (n.rotor_inertia != 0) tau[j] = tau[j] + T(n.rotor_inertia) * vdot[j];
-        fill_column(m, d, i, j, dq, dv);
-      }
+    each_freedom(n, d, [&](size_t j, const auto& c) {
+      tau[j] = dot(c.S, b.f);
+      if (n.rotor_inertia != 0) tau[j] = tau[j] + T(n.rotor_inertia) * vdot[j];
+      fill_column(m, d, i, j, dq, dv);
     });
     if (n.parent < 0) continue;
     auto& up = d.bodies[size_t(n.parent)];
@@ -162,6 +173,32 @@ void rnea_derivatives(const Mechanism& m, Workspace<T>& w, DerivativeWorkspace<T
     up.f += b.f;
     up.N = up.N + b.N;
     up.p += b.p;
+  }
+}
+
+template <class T>
+void inertial_regressor(const Mechanism& m, Workspace<T>& w, DerivativeWorkspace<T>& d,
+                        std::span<const T> q, std::span<const T> v, std::span<const T> vdot,
+                        std::span<T> Y) {
+  const auto& nodes = m.nodes();
+  const size_t nv = size_t(m.nv());
+  assert(passes::sized(Y, nv * 10 * m.bodies().size()));
+  forward_kinematics<T>(m, w, q, d.pose);
+  spread<T>(m, d, v, vdot, {});
+  std::fill(Y.begin(), Y.end(), T(0.0));
+  for (size_t b = 0; b < m.bodies().size(); ++b) {
+    const BodyFrame& body = m.bodies()[b];
+    if (body.node < 0) continue;
+    const auto X = d.pose[size_t(body.node)] * converted<T>(body.pose);
+    const auto& own = d.bodies[size_t(body.node)];
+    const Motion<T> V = X.to_child(own.V), a = X.to_child(own.a);
+    for (int k = 0; k < 10; ++k) {
+      const Force<T> f = X.to_parent(force_of_number(k, V, a));
+      const std::span<T> column = Y.subspan(nv * (10 * b + size_t(k)), nv);
+      for (int i = body.node; i >= 0; i = nodes[size_t(i)].parent)
+        each_freedom(nodes[size_t(i)], d,
+                     [&](size_t l, const auto& c) { column[l] = dot(c.S, f); });
+    }
   }
 }
 
@@ -185,14 +222,17 @@ void aba_derivatives(const Mechanism& m, Workspace<T>& w, DerivativeWorkspace<T>
   }
 }
 
-#define PORTHOS_INSTANTIATE(T)                                                                  \
-  template void rnea_derivatives<T>(const Mechanism&, Workspace<T>&, DerivativeWorkspace<T>&,   \
-                                    std::span<const T>, std::span<const T>, std::span<const T>, \
-                                    std::span<const Force<T>>, std::span<T>, std::span<T>,      \
-                                    std::span<T>);                                              \
-  template void aba_derivatives<T>(const Mechanism&, Workspace<T>&, DerivativeWorkspace<T>&,    \
-                                   std::span<const T>, std::span<const T>, const Loads<T>&,     \
-                                   std::span<T>, std::span<T>, std::span<T>, std::span<T>);
+#define PORTHOS_INSTANTIATE(T)                                                                    \
+  template void rnea_derivatives<T>(const Mechanism&, Workspace<T>&, DerivativeWorkspace<T>&,     \
+                                    std::span<const T>, std::span<const T>, std::span<const T>,   \
+                                    std::span<const Force<T>>, std::span<T>, std::span<T>,        \
+                                    std::span<T>);                                                \
+  template void aba_derivatives<T>(const Mechanism&, Workspace<T>&, DerivativeWorkspace<T>&,      \
+                                   std::span<const T>, std::span<const T>, const Loads<T>&,       \
+                                   std::span<T>, std::span<T>, std::span<T>, std::span<T>);       \
+  template void inertial_regressor<T>(const Mechanism&, Workspace<T>&, DerivativeWorkspace<T>&,   \
+                                      std::span<const T>, std::span<const T>, std::span<const T>, \
+                                      std::span<T>);
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
 #undef PORTHOS_INSTANTIATE
 

@@ -206,3 +206,24 @@ def test_derivatives_of_the_dynamics(ets_vii, states):
     W = np.tile(wrench, (11, 1, 1))
     for one, all_rows in zip(ph.aba_derivatives(m, q, v, given, wrench), ph.aba_derivatives(m, Q, V, A, W)):
         assert all(np.array_equal(row, one) for row in all_rows)
+
+
+def test_the_inertial_regressor(states):
+    b = ph.MechanismBuilder("two")
+    bodies = (("a", "world", (0.1, 0.2, -0.3), 2.0), ("b", "a", (0.0, -0.1, 0.4), 3.0))
+    for name, parent, com, mass in bodies:
+        b.add(ph.BodySpec(name=name, parent=parent, joint=ph.JointSpec(name="j" + name, type="revolute", axis=(1, 2, 0)),
+                          mass=mass, com=com, inertia=(0.3, 0.02, -0.01, 0.4, 0.03, 0.5), placement=ph.Pose((0, 0, -1))))
+    m = b.gravity((0, 0, -9.81)).build()
+    q, v, _ = states(m)
+    vdot = np.array([0.4, -1.1])
+    theta = []
+    for _, _, c, mass in bodies:
+        c, I = np.array(c), np.array([[0.3, 0.02, -0.01], [0.02, 0.4, 0.03], [-0.01, 0.03, 0.5]])
+        I = I + mass * (c @ c * np.eye(3) - np.outer(c, c))
+        theta += [mass, *(mass * c), *I[np.triu_indices(3)]]
+    Y = ph.inertial_regressor(m, q, v, vdot)
+    assert Y.shape == (2, 20)
+    tau = ph.rnea(m, q, v, vdot)
+    assert np.abs(Y @ theta - tau).max() < 1e-14 * np.abs(tau).max()
+    assert np.abs(Y[:, :10] @ theta[:10] - tau).max() > 0.1 * np.abs(tau).max()  # control: one body left out
