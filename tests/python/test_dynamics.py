@@ -212,8 +212,9 @@ def test_the_inertial_regressor(states):
     b = ph.MechanismBuilder("two")
     bodies = (("a", "world", (0.1, 0.2, -0.3), 2.0), ("b", "a", (0.0, -0.1, 0.4), 3.0))
     for name, parent, com, mass in bodies:
-        b.add(ph.BodySpec(name=name, parent=parent, joint=ph.JointSpec(name="j" + name, type="revolute", axis=(1, 2, 0)),
-                          mass=mass, com=com, inertia=(0.3, 0.02, -0.01, 0.4, 0.03, 0.5), placement=ph.Pose((0, 0, -1))))
+        b.add(ph.BodySpec(
+            name=name, parent=parent, position=(0, 0, -1), joint=ph.JointSpec(type="revolute", axis=(1, 2, 0)),
+            mass=ph.MassProperties(mass=mass, com=com, inertia=(0.3, 0.02, -0.01, 0.4, 0.03, 0.5))))
     m = b.gravity((0, 0, -9.81)).build()
     q, v, _ = states(m)
     vdot = np.array([0.4, -1.1])
