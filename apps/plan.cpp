@@ -18,6 +18,7 @@ std::string plan_text(const scene::PlanReport& r, const std::string& title,
       p.defect, p.stationarity, p.complementarity);
   if (r.without_approach) text += "begun       at the straight line: the approach led nowhere\n";
   if (p.active_limits > 0) text += fmt::format("limits      {} are reached\n", p.active_limits);
+  for (const auto& note : r.notes) text += "note        " + note + "\n";
   if (p.status != planning::Plan::Status::optimal)
     return text + fmt::format(
                       "results     {}/: plan.json, plan.svg, motion.csv, costates.csv\n"

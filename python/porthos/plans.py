@@ -62,7 +62,7 @@ class Plan(Mapping):
         s = self.summary
         return [("status", s["status"]), ("cost", f"{s['cost']:.10g}"), ("iterations", str(s["approach_iterations"] + s["iterations"])),
                 ("residual", short(s["residual"])), ("limits that are reached", str(s["active_limits"])),
-                ("replay ends within", short(s["replay_distance"]))]
+                ("replay ends within", short(s["replay_distance"])), *(("note", note) for note in s["notes"])]
 
     def __str__(self) -> str:
         return "\n".join(f"{name:25}{value}" for name, value in self._rows())

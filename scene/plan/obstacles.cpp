@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "phs/error.h"
@@ -34,6 +35,39 @@ std::vector<std::string> obstacles(const PlanProblem& made, const planning::Traj
     if (2 * at > all)
       list.push_back(fmt::format("the torque of '{}' is at its limit {:.0f} % of the time",
                                  made.inputs[a], 100 * double(at) / double(all)));
+  }
+  return list;
+}
+
+std::vector<std::string> beyond_limits(const PlanProblem& made, const Assembly& assembly,
+                                       const planning::Trajectory& motion) {
+  std::vector<std::string> list;
+  const size_t nx = made.problem.start.size(), nu = made.inputs.size();
+  for (const auto& j : assembly.mechanical->mechanism().joint_properties()) {
+    const bool turns = j.turn >= 0;
+    double least = HUGE_VAL, most = -HUGE_VAL, effort = 0;
+    for (size_t i = size_t(j.q); i < motion.x.size(); i += nx) {
+      least = std::fmin(least, motion.x[i]);
+      most = std::fmax(most, motion.x[i]);
+    }
+    const auto input = std::ranges::find(made.inputs, j.joint);
+    for (size_t i = size_t(input - made.inputs.begin());
+         input != made.inputs.end() && i < motion.u.size(); i += nu)
+      effort = std::fmax(effort, std::fabs(motion.u[i]));
+    const auto add = [&](const char* what, double value, double limit, const char* unit,
+                         const char* key) {
+      list.push_back(
+          fmt::format("'{}' {} {:.6g} {}, beyond the {:.6g} {} of the model file: state {} in its "
+                      "[plan.joints]",
+                      j.joint, what, value, unit, limit, unit, key));
+    };
+    const double slack = 1e-9;  // of a limit that is stated and reached
+    if (j.lower && least < *j.lower - slack)
+      add("goes to", least, *j.lower, turns ? "rad" : "m", "lower");
+    if (j.upper && most > *j.upper + slack)
+      add("goes to", most, *j.upper, turns ? "rad" : "m", "upper");
+    if (j.effort && *j.effort > 0 && effort > *j.effort * (1 + slack))
+      add("takes", effort, *j.effort, turns ? "N m" : "N", "torque_limit");
   }
   return list;
 }

@@ -103,6 +103,7 @@ Json plan_json(const PlanReport& r, const PlanProblem& made) {
           {"input_values", made.problem.inputs == planning::Inputs::held ? "held" : "polynomial"},
           {"goals", goals},
           {"obstacles", r.obstacles},
+          {"notes", r.notes},
           {"replay_distance", std::isfinite(r.replay) ? Json(r.replay) : Json()},
           {"history", history}};
 }
@@ -179,6 +180,7 @@ PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string&
                        fmt::format("plan over {:g} s by {}: {}, cost {:.6g}", r.duration, r.method,
                                    to_string(r.plan.status), r.plan.cost)));
   write_file(folder / "costates.csv", costates_csv(made, d, r.plan.costates));
+  r.notes = beyond_limits(made, assembly, r.plan.motion);
   if (r.plan.status == planning::Plan::Status::optimal) {
     r.replay_path = (folder / "replay.toml").string();
     write_file(folder / "model.urdf", scene.urdf_text);
@@ -192,6 +194,9 @@ PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string&
     std::error_code ignored;
     std::filesystem::remove(folder / "replay.toml", ignored);
     r.obstacles = obstacles(made, r.plan.motion);
+    if (r.plan.status == planning::Plan::Status::unreachable)
+      r.obstacles.push_back(
+          "where the solver stopped no torque moves a goal, which need not be so elsewhere");
   }
   write_file(folder / "plan.json", plan_json(r, made).dump(2) + "\n");
   return r;

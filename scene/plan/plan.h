@@ -22,6 +22,7 @@ struct PlanReport {
   bool without_approach = false;       ///< the approach led nowhere, the straight line did
   double replay_energy = 0;            ///< largest error of its energy balance, relative
   std::vector<std::string> obstacles;  ///< without a plan: what may be in its way
+  std::vector<std::string> notes;      ///< limits of the model file that the plan does not keep
   std::string replay_path;             ///< of the scene that repeats the plan; empty without a plan
 };
 

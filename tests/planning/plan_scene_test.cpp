@@ -120,6 +120,29 @@ TEST_F(PlanScene, ElementsAndLimits) {
   EXPECT_LE(most, 11);
 }
 
+/// Limits of the model file do not act: beyond them is told. Control: wider ones.
+TEST_F(PlanScene, LimitsOfTheModelFileAreTold) {
+  const auto notes = [&](const std::string& limit) {
+    (void)changed("[plan]\n", "[plan]\n");
+    std::ifstream file(folder_ / "cart_pole.urdf");
+    std::string urdf{std::istreambuf_iterator<char>(file), {}};
+    const auto at = urdf.find("<limit");
+    urdf.replace(at, urdf.find("/>", at) + 2 - at, limit);
+    std::ofstream(folder_ / "cart_pole.urdf") << urdf;
+    const Scene s = read_scene((folder_ / "scene.toml").string());
+    return scene::plan(s, scene::assemble(s), (folder_ / "out").string()).notes;
+  };
+  const auto told = notes("<limit lower='-0.2' upper='0.9' effort='5' velocity='9'/>");
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_NE(told[0].find("'slide' goes to -0."), told[0].npos) << told[0];
+  EXPECT_NE(told[1].find(", beyond the 0.9 m of the model file: state upper in its [plan.joints]"),
+            told[1].npos)
+      << told[1];
+  EXPECT_NE(told[2].find(" N, beyond the 5 N of the model file: state torque_limit"), told[2].npos)
+      << told[2];
+  EXPECT_TRUE(notes("<limit lower='-9' upper='9' effort='500' velocity='9'/>").empty());
+}
+
 TEST_F(PlanScene, Refusals) {
   const std::string joints = "hinge = { actuated = false, position = 3.141592653589793 }";
   const struct {
