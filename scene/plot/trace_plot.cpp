@@ -8,6 +8,7 @@
 #include <optional>
 #include <tuple>
 
+#include "scene/plot/look.h"
 #include "scene/plot/svg.h"
 #include "scene/plot/time_axis.h"
 
@@ -17,22 +18,6 @@ namespace {
 using colour::grid, colour::ink, colour::soft;
 
 constexpr size_t most_points = 1500;
-
-/// Measures of a picture, in `unit`.
-struct Look {
-  const char* unit;
-  double width, left, right;    ///< of the page, and where panels begin and end
-  double head, gap, foot;       ///< above, between and below panels
-  double name_at;               ///< of a panel's name, turned upwards
-  double ticks, names, legend;  ///< sizes of texts
-  double row, swatch;           ///< of the legend
-  double stroke, rule;          ///< widths of lines and of the grid
-  bool beside;                  ///< whether the legend is right of its panel, else above it
-};
-constexpr double mm = 72 / 25.4;  // in points
-constexpr Look screen{"", 1180, 96, 850, 92, 40, 62, 22, 12.5, 13, 12, 19, 24, 1.8, 1, true};
-constexpr Look print{"pt", 85 * mm, 42, 85 * mm - 6, 0, 0, 0, 9, 8, 8, 8, 10.5, 18, 1, 0.5, false};
-constexpr double print_height = 60 * mm;
 
 /// In widths of a line, for readers without colours.
 constexpr std::array<const char*, most_lines> dashes{
@@ -147,7 +132,7 @@ class TracePlot {
         if (d.size() == 1 && panels_[k].what.starts_with(d[0].name))
           d[0].name = "";  // stands there
         const double rows = double(rows_above(d).size());
-        const double tall = std::max(print_height, rows * look_.row + 80);  // of 100 names
+        const double tall = std::max(height_in_print, rows * look_.row + 80);  // of 100 names
         places_.push_back({at + 5 + rows * look_.row, at + tall - 27});
         at += tall;
       }
@@ -218,15 +203,20 @@ class TracePlot {
     const double step =
         log_ ? std::max(1.0, std::ceil((high_ - low_) / 5)) : round_step(high_ - low_, 4);
     const bool powers = in_powers(std::max(std::fabs(low_), std::fabs(high_)));
+    const double right = look_.left - 0.8 * look_.ticks,
+                 room = right - look_.name_at - 0.4 * look_.names;
+    double size = look_.ticks;  // of labels, which are narrowed where they would reach the name
+    std::vector<std::pair<double, std::string>> labels;
     for (double v = std::ceil(low_ / step - 1e-9) * step; v <= high_ + 1e-9 * step; v += step) {
       const bool zero = !log_ && std::fabs(v) < 1e-9 * step;
       svg_->rule(look_.left, y(v), look_.right, y(v), grid, zero ? 1.8 * look_.rule : look_.rule);
-      svg_->text(look_.left - 0.8 * look_.ticks, y(v) + 0.36 * look_.ticks, "end", look_.ticks,
-                 soft,
-                 log_   ? power_of_ten(int(std::lround(v)))
-                 : zero ? "0"
-                        : number_text(v, powers));
+      labels.emplace_back(v, log_   ? power_of_ten(int(std::lround(v)))
+                             : zero ? "0"
+                                    : number_text(v, powers));
+      size = std::min(size, look_.ticks * room / text_width(labels.back().second, look_.ticks));
     }
+    for (const auto& [v, text] : labels)
+      svg_->text(right, y(v) + 0.36 * size, "end", size, soft, text);
     svg_->text_upwards(look_.name_at, 0.5 * (top_ + bottom_), look_.names, ink,
                        p.what.substr(0, p.what.find(" [1]")));
     if (k + 1 == panels_.size() || !look_.beside) time_axis();
@@ -333,11 +323,11 @@ class TracePlot {
 
 std::string trace_plot(const std::vector<TracePanel>& panels, const std::string& title,
                        const std::string& subtitle) {
-  return TracePlot(panels, screen).draw(title, subtitle);
+  return TracePlot(panels, look_on_screen).draw(title, subtitle);
 }
 
 std::string figure(const std::vector<TracePanel>& panels) {
-  return TracePlot(panels, print).draw("", "");
+  return TracePlot(panels, look_in_print).draw("", "");
 }
 
 TraceLine column(const std::string& name, const std::vector<double>& t,
