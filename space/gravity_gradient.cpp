@@ -1,5 +1,7 @@
 #include "space/gravity_gradient.h"
 
+#include <cmath>
+
 namespace porthos::space {
 
 using namespace mechanics;
@@ -46,6 +48,17 @@ void GravityGradient<T>::evaluate(double mu, std::span<const T> q, const Vec3<T>
   energy_ = T(-0.5) * k * (trace_I - T(3.0) * uIu);
   const T scale = T(-1.5) * k * inverse;
   reaction_ = on_.base() * (scale * ((trace_I - T(5.0) * uIu) * u + T(2.0) * I_u));
+}
+
+template <class T>
+T GravityGradient<T>::reach() const {
+  T most(0.0);
+  for (size_t i = 0; i < on_.links().size(); ++i) {
+    const auto& link = on_.links()[i];
+    if (link.m > 0)
+      most = phs::max(most, norm(on_.centre(i)) + T(std::sqrt(0.5 * trace(link.I) / link.m)));
+  }
+  return most;
 }
 
 template <class T>

@@ -39,6 +39,10 @@ class GravityGradient {
   void momentum_rates(std::span<const T> q, std::span<T> p_dot) const {
     on_.momentum_rates(q, p_dot);
   }
+  /// How far the bodies reach from the centre of mass, after evaluate(): the largest distance of a
+  /// link's centre with its radius of gyration [m]. The next order's accelerations are at most 3/2
+  /// reach()/|R| of those of this one.
+  T reach() const;
   /// Energy of the expansion's third order [J], from masses and inertias (without a link's own
   /// third moments, which no model provides). It estimates the neglected part, which is smaller
   /// than energy() by about |r|/|R|.

@@ -41,6 +41,7 @@ void append(SpaceReport& to, const SpaceReport& next) {
   to.angular_momentum = std::max(to.angular_momentum, next.angular_momentum);
   to.angular_impulse += next.angular_impulse;
   to.angular_defect = std::max(to.angular_defect, next.angular_defect);
+  to.reach = std::max(to.reach, next.reach);
   to.next_order = std::max(to.next_order, next.next_order);
 }
 
@@ -95,7 +96,8 @@ void SpaceLedgers::look(const Reading& r) {
   d.L_largest = std::max(d.L_largest, double(mechanics::norm(r.L)));
   d.L_last = double(sqrtl(off));
   d.L_worst = std::max(d.L_worst, d.L_last);
-  next_order_ = std::max(next_order_, std::fabs(r.next_order));
+  reach_ = std::max(reach_, r.reach);
+  next_order_ = std::max(next_order_, 1.5 * r.reach / r.distance);
 }
 
 SpaceReport SpaceLedgers::report() const {
@@ -115,7 +117,8 @@ SpaceReport SpaceLedgers::report() const {
   r.angular_momentum = d.L_largest;
   r.angular_impulse = std::hypot(d.impulse[0].value, d.impulse[1].value, d.impulse[2].value);
   r.angular_defect = d.L_largest > 0 ? d.L_worst / d.L_largest : d.L_worst;
-  r.next_order = d.gradient.scale > 0 ? next_order_ / d.gradient.scale : next_order_;
+  r.reach = reach_;
+  r.next_order = next_order_;
   return r;
 }
 
@@ -129,6 +132,7 @@ void SpaceLedgers::carry(Archive& a) {
   auto numbers = std::bit_cast<std::array<double, sizeof(Data) / sizeof(double)>>(data_);
   a(std::span<double>(numbers));
   data_ = std::bit_cast<Data>(numbers);
+  a(reach_);
   a(next_order_);
 }
 

@@ -53,7 +53,8 @@ struct SpaceReport {
   double angular_momentum = 0;  ///< about the centre of mass, largest size [kg m²/s]
   double angular_impulse = 0;   ///< of the gradient's torque, size [kg m²/s]
   double angular_defect = 0;    ///< largest |L - L(0) - Σ impulses| over the largest |L|
-  double next_order = 0;        ///< largest third-order energy (neglected) over second-order one
+  double reach = 0;             ///< largest GravityGradient::reach() [m]
+  double next_order = 0;        ///< largest 3/2 reach/|R|: of accelerations, what is neglected
 };
 
 /// The ledger of a run whose mechanism changed in between: the ledgers continue.
@@ -65,9 +66,9 @@ class SpaceLedgers {
   /// The values at a state.
   struct Reading {
     OrbitReal orbital;
-    double gradient, zonal;  ///< potential energies
-    Vec3<OrbitReal> L;       ///< angular momentum about the centre of mass
-    double next_order = 0;   ///< energy of the expansion's third order, if computed
+    double gradient, zonal;          ///< potential energies
+    Vec3<OrbitReal> L;               ///< angular momentum about the centre of mass
+    double reach = 0, distance = 1;  ///< GravityGradient::reach() and |R| [m]
   };
   /// Before the first step.
   void start(const Reading& r);
@@ -99,7 +100,7 @@ class SpaceLedgers {
     double turned_over = 0, plates = 0;  ///< by the gradient; of the plates on the internal motion
   };
   Data data_;
-  double next_order_ = 0;
+  double reach_ = 0, next_order_ = 0;
 };
 
 }  // namespace porthos::space

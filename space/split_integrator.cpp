@@ -99,12 +99,13 @@ void SplitIntegrator::pull(const OrbitPoint& p) {
   gradient_.evaluate(model_.orbit().environment().planet.mu, q_, Vec3d(p.r));
 }
 
-SpaceLedgers::Reading SplitIntegrator::read(const OrbitPoint& p, bool next_order) {
-  SpaceLedgers::Reading r{model_.orbit().energy(p), gradient_.energy(),
-                          double(model_.orbit().zonal_energy(p)), angular_momentum()};
-  if (next_order)
-    r.next_order = gradient_.next_order(model_.orbit().environment().planet.mu, q_, Vec3d(p.r));
-  return r;
+SpaceLedgers::Reading SplitIntegrator::read(const OrbitPoint& p) const {
+  return {.orbital = model_.orbit().energy(p),
+          .gradient = gradient_.energy(),
+          .zonal = double(model_.orbit().zonal_energy(p)),
+          .L = angular_momentum(),
+          .reach = gradient_.reach(),
+          .distance = mechanics::norm(Vec3d(p.r))};
 }
 
 Vec3<OrbitReal> SplitIntegrator::angular_momentum() const {
@@ -285,7 +286,7 @@ void SplitIntegrator::begin(const State& s) {
   const OrbitPoint p =
       load_point(std::span(s.x).subspan(n_internal_), std::span(s.lo).subspan(n_internal_));
   pull(p);
-  ledgers_.start(read(p, true));
+  ledgers_.start(read(p));
 }
 
 Outcome SplitIntegrator::advance(double t, double h, State& s) {
@@ -323,7 +324,7 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
     here += dt;
   }
   if (scheme_.kick.back() == 0) pull(p);  // otherwise the last kick was here
-  ledgers_.look(read(p, s.step % 64 == 0));
+  ledgers_.look(read(p));
   scatter(s);
   store_point(p, x.subspan(n_internal_), lo.subspan(n_internal_));
   return Outcome::ok;

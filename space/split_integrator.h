@@ -71,7 +71,7 @@ class SplitIntegrator final : public integrators::Integrator {
   void keep_loops(std::span<double> momenta, bool moving);
   /// Takes from the kick change_ what the loops take up; books what driven joints put in.
   void kick_along_loops();
-  SpaceLedgers::Reading read(const OrbitPoint& p, bool next_order);
+  SpaceLedgers::Reading read(const OrbitPoint& p) const;
   Vec3<OrbitReal> angular_momentum() const;
   Vec3d impulse_of(std::span<const double> added) const;
 

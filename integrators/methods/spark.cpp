@@ -119,6 +119,7 @@ class Spark final : public BasicIntegrator<T> {
   // --- the iteration ----------------------------------------------------------------------------
   Outcome iterate(const State& state, bool predicted, bool same_rows) {
     bool first_sweep = true, at_rest = false;  // at rest: the stages, as far as the guess knows
+    double last = 0;                           // move
     const auto guess = [&](bool with) {
       first_sweep = true;
       at_rest = !with;
@@ -143,9 +144,16 @@ class Spark final : public BasicIntegrator<T> {
       distance = moves.distance;
       Sweep s = moves.in_lane(0);
       if (m_ == 0) return s;
-      // Positions, which alone count, answer to forces one sweep later.
+      // Positions, which alone count, answer to forces one sweep later: one small move, as where a
+      // force just begins, is no end. Moves that follow each other by a sudden ratio are not trusted.
       s.changed = true;
-      if (first_sweep && (at_rest || s.change == 0)) s.change = std::max(s.change, 1.0);
+      const double move = s.change, sudden = 1e-5;
+      if (first_sweep)
+        s.change =
+            std::max(move, at_rest || distance == 0 ? 1.0 : std::max(sudden * distance, 1e-9));
+      else
+        s.change = std::max(move, sudden * last);
+      last = first_sweep && at_rest ? 1.0 : move;
       first_sweep = false;
       return s;
     };

@@ -27,6 +27,19 @@ std::string note_on_friction(const Scene& s) {
       names);
 }
 
+/// What gravity's expansion neglects, of bodies that float far apart: a constant acceleration a
+/// along the radius moves a body by 4π a/n² along the track in an orbit, and here a = 3/2 n² r²/R.
+std::vector<std::string> notes_on_reach(const space::SpaceReport& s) {
+  if (!(s.reach > 0)) return {};
+  const double R = 1.5 * s.reach / s.next_order, moved = 6 * M_PI * s.reach * s.reach / R;
+  if (!(moved > 1)) return {};
+  return {fmt::format(
+      "bodies float up to {:.4g} m from the common centre of mass: what the expansion of gravity "
+      "neglects moves them by up to {:.2g} m an orbit{}",
+      s.reach, moved,
+      s.reach > 1e-3 * R ? ", and a thousandth of the orbit's radius is passed" : "")};
+}
+
 }  // namespace
 
 RunReport WatchedRun::report() const {
@@ -112,6 +125,7 @@ void WatchedRun::add_notes(RunReport& r) const {
         "error (order 4 in the step) stands in the residual of the balance",
         scene_.method));
   }
+  if (r.space) add(notes_on_reach(*r.space));
   if (monitor_ && !monitor_->text().empty()) r.notes.push_back(monitor_->text());
 }
 
