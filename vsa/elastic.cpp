@@ -14,10 +14,10 @@ void Elastic::require_inside(const std::string& who, double q, double theta, dou
       throw InvalidArgument(
           fmt::format("{}: {} starts at {}, expected a finite number", who, name, value));
   const Limits& l = traits_.limits;
+  const std::string unit = traits_.sigma_unit == "1" ? "" : " " + traits_.sigma_unit;
   if (sigma < l.sigma_lower || sigma > l.sigma_upper)
-    throw InvalidArgument(fmt::format("{}: sigma starts at {} {}, expected {} to {} {}", who, sigma,
-                                      traits_.sigma_unit, l.sigma_lower, l.sigma_upper,
-                                      traits_.sigma_unit));
+    throw InvalidArgument(fmt::format("{}: sigma starts at {:g}{}, expected {:g} to {:g}{}", who,
+                                      sigma, unit, l.sigma_lower, l.sigma_upper, unit));
   for (const double s : strains(q, theta, sigma))
     if (!(std::fabs(s) <= l.deflection))
       throw InvalidArgument(fmt::format(

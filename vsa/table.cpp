@@ -237,6 +237,10 @@ TableEnergy surface(const Measurements& m) {
 
 }  // namespace
 
+constexpr const char* no_pretension =
+    "the table has no column sigma_effort: its energy at zero deflection counts as 0 at every "
+    "sigma, so the work and the effort of the sigma drive lack the pretension";
+
 ElasticPtr tabulated(const Measurements& measured, const Limits& limits, double tolerance,
                      double smoothing) {
   check_grid(measured);
@@ -251,13 +255,15 @@ ElasticPtr tabulated(const Measurements& measured, const Limits& limits, double 
           "a number between 0 and 1");
   check_torques(m, tolerance);
   if (!m.sigma_effort.empty()) check_curl(m, tolerance);
+  const bool without_pretension = m.sigma.size() > 1 && m.sigma_effort.empty();
   return make_elastic(surface(m), {.family = family,
                                    .title = "Measured torques, splines",
                                    .sigma = m.sigma.size() > 1 ? "as in the table" : "",
                                    .sigma_unit = "1",
                                    .limits = l,
                                    .measured_from = m.deflection.front(),
-                                   .measured_to = m.deflection.back()});
+                                   .measured_to = m.deflection.back(),
+                                   .remark = without_pretension ? no_pretension : ""});
 }
 
 }  // namespace porthos::vsa

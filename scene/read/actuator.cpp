@@ -224,6 +224,8 @@ std::vector<JointActuator> read_actuators(const Table& scene) {
         const Table sigma = t.table("sigma");
         a.sigma = read_drive(sigma, traits.sigma_unit);
         j.sigma = sigma.number("start", fmt::format(" of {}", traits.sigma_unit));
+        if (t.has("table") && a.sigma.kind != vsa::Drive::Kind::fixed && !traits.remark.empty())
+          j.remark += fmt::format("{}{}: {}", j.remark.empty() ? "" : "; ", j.where, traits.remark);
       }
       a.damping = t.not_negative("damping");
       if (t.has("damper")) a.damper = read_signal(t.table("damper"), " of N m s/rad");

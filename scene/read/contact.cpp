@@ -76,6 +76,7 @@ contact::Law read_law(const Table& t) {
   law.loss = t.not_negative("loss");
   if (t.has("restitution")) {
     if (t.has("loss")) t.fail("loss", "is given with a restitution, expected one of both");
+    t.require("speed", "that of the impact whose restitution is stated [m/s]");
     const double e = t.number("restitution"), v = t.positive("speed");
     if (!(e > 0 && e <= 1))
       t.fail("restitution", fmt::format("is {}, expected more than 0, at most 1", e));
@@ -92,6 +93,11 @@ std::vector<SceneContact> read_contacts(const Table& scene) {
     SceneContact c;
     c.name = name;
     c.where = t.where();
+    for (const SceneContact& other : list)
+      if (other.name == name)
+        t.fail("name",
+               fmt::format("\"{}\" is that of another contact, at {}, expected one of its own",
+                           name, other.where));
     t.require("links", "an array of names of links");
     c.links = t.texts("links", "names of links");
     c.against = {"world"};

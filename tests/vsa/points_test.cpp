@@ -134,6 +134,26 @@ TEST(Table, IsTheEnergyItWasTakenFrom) {
   keeps("effort of the stiffness port, of 3 N m", effort, 2e-2);
 }
 
+/// Without efforts the energy at zero deflection is not known: remarked. Controls: with them, and of
+/// one setting.
+TEST(Table, WithoutEffortsThePretensionIsRemarked) {
+  auto m = measured();
+  const auto full = vsa::tabulated(m);
+  EXPECT_EQ(full->traits().remark, "");
+  m.sigma_effort.clear();
+  const auto bare = vsa::tabulated(m);
+  EXPECT_NE(bare->traits().remark.find("lack the pretension"), std::string::npos);
+  keeps("torque without efforts less with [N m]",
+        std::fabs(bare->slopes(0.2, 0.0, 0.3).q - full->slopes(0.2, 0.0, 0.3).q), 1e-12);
+  breaks("energy without efforts less with, of it",
+         1 - bare->energy(0.2, 0.0, 0.3) / full->energy(0.2, 0.0, 0.3), 0.1);
+  const size_t n = m.deflection.size();
+  m.sigma.resize(1);
+  m.torque.resize(n);
+  if (!m.stiffness.empty()) m.stiffness.resize(n);
+  EXPECT_EQ(vsa::tabulated(m)->traits().remark, "");
+}
+
 TEST(Table, NoEnergyIsRefused) {
   EXPECT_NO_THROW(vsa::tabulated(measured(1e-4))) << "noise is not a contradiction";
   EXPECT_NE(refusal([] {
