@@ -198,9 +198,7 @@ int plan_command(const Arguments& a) {
   const scene::PlanReport r = scene::plan(s, scene::assemble(s), out, &stop_on_signals());
   print(a.json ? scene::read_file(out + "/plan.json") : plan_text(r, s.title, out));
   if (r.plan.status == planning::Plan::Status::stopped) return exit_interrupted;
-  return r.plan.status == planning::Plan::Status::optimal && std::isfinite(r.replay)
-             ? exit_ok
-             : exit_numerical;
+  return r.replays() ? exit_ok : exit_numerical;
 }
 
 int export_command(const Arguments& a) {

@@ -2,6 +2,8 @@
 
 #include <fmt/ranges.h>
 
+#include <cmath>
+
 namespace porthos::apps {
 
 std::string plan_text(const scene::PlanReport& r, const std::string& title,
@@ -26,14 +28,15 @@ std::string plan_text(const scene::PlanReport& r, const std::string& title,
                       "            may help: {}\n",
                       out, to_string(p.status), r.obstacles.empty() ? "" : ": ",
                       fmt::join(r.obstacles, "; "), scene::what_may_help);
+  if (std::isfinite(r.replay))
+    text += fmt::format(
+        "replay      ends within {:.1e} of the plan, its energy balance closes to {:.1e}{}{}\n",
+        r.replay, r.replay_energy,
+        r.replay_energy > 1e-9 ? " (a shorter step or a higher order closes it better)" : "",
+        r.replays() ? ": porthos verify " + r.replay_path : "");
   return text +
          fmt::format(
-             "replay      ends within {:.1e} of the plan, its energy balance closes to "
-             "{:.1e}{}: porthos verify {}\n"
-             "results     {}/: plan.json, plan.svg, motion.csv, costates.csv, replay.toml\n",
-             r.replay, r.replay_energy,
-             r.replay_energy > 1e-9 ? " (a shorter step or a higher order closes it better)" : "",
-             r.replay_path, out);
+             "results     {}/: plan.json, plan.svg, motion.csv, costates.csv, replay.toml\n", out);
 }
 
 }  // namespace porthos::apps

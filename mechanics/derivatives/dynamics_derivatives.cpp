@@ -152,7 +152,7 @@ void rnea_derivatives(const Mechanism& m, Workspace<T>& w, DerivativeWorkspace<T
                       std::span<const Force<T>> wrench, std::span<T> tau, std::span<T> dq,
                       std::span<T> dv) {
   const auto& nodes = m.nodes();
-  const size_t nv = size_t(m.nv());
+  [[maybe_unused]] const size_t nv = size_t(m.nv());
   assert(passes::sized(v, nv) && passes::sized(vdot, nv) && passes::sized(tau, nv));
   assert(passes::sized(dq, nv * nv) && passes::sized(dv, nv * nv));
   forward_kinematics<T>(m, w, q, d.pose);

@@ -26,7 +26,8 @@ class Plan(Mapping):
         return self.summary["status"] == "optimal"
 
     def __bool__(self) -> bool:
-        return self.optimal
+        """Whether an optimum was found and its replay reaches it."""
+        return self.summary["replays"]
 
     @property
     def cost(self) -> float:

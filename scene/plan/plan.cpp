@@ -104,6 +104,7 @@ Json plan_json(const PlanReport& r, const PlanProblem& made) {
           {"goals", goals},
           {"obstacles", r.obstacles},
           {"notes", r.notes},
+          {"replays", r.replays()},
           {"replay_distance", std::isfinite(r.replay) ? Json(r.replay) : Json()},
           {"history", history}};
 }
@@ -190,6 +191,12 @@ PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string&
     }
     write_file(r.replay_path, replay_scene(scene, made, r.plan.motion));
     replay(r);
+    if (!r.replays())
+      r.notes.push_back(fmt::format(
+          "the replay {}: small errors grow along this motion, and torques without feedback do not "
+          "hold it; let a controller follow the plan, or plan a shorter or a stable motion",
+          std::isfinite(r.replay) ? fmt::format("ends {:.1e} from the plan", r.replay)
+                                  : "does not come to its end"));
   } else {  // no replay of an earlier plan stays
     std::error_code ignored;
     std::filesystem::remove(folder / "replay.toml", ignored);

@@ -19,6 +19,9 @@ struct PlanReport {
   /// Largest distance of the end of the replayed run from the planned end, over the state numbers,
   /// each relative to 1 + its size; NaN if the replay failed.
   double replay = 0;
+  /// Whether an optimum was found whose replay reaches it: along an unstable motion what the solver
+  /// leaves over grows, and torques without feedback do not hold the plan.
+  bool replays() const { return plan.status == planning::Plan::Status::optimal && replay <= 1e-3; }
   bool without_approach = false;       ///< the approach led nowhere, the straight line did
   double replay_energy = 0;            ///< largest error of its energy balance, relative
   std::vector<std::string> obstacles;  ///< without a plan: what may be in its way

@@ -143,6 +143,33 @@ TEST_F(PlanScene, LimitsOfTheModelFileAreTold) {
   EXPECT_TRUE(notes("<limit lower='-9' upper='9' effort='500' velocity='9'/>").empty());
 }
 
+/// An unstable motion of several seconds: the replay leaves it, which is told. Control: of two.
+TEST_F(PlanScene, AReplayThatRunsAwayIsTold) {
+  std::ofstream(folder_ / "p.urdf")
+      << "<robot name='p'><link name='w'/><link name='l'><inertial><origin xyz='0 0 0.35'/><mass "
+         "value='0.4'/><inertia ixx='5e-3' iyy='5e-3' izz='1e-3' ixy='0' ixz='0' "
+         "iyz='0'/></inertial></link><joint name='j' type='continuous'><parent link='w'/><child "
+         "link='l'/><axis xyz='0 1 0'/></joint></robot>";
+  const auto planned = [&](double duration) {
+    std::ofstream(folder_ / "p.toml")
+        << "[model]\nurdf = \"p.urdf\"\nbase = \"fixed\"\n[environment]\ngravity = \"uniform\"\n"
+           "vector = [0, 0, -9.81]\n[initial]\njoints.j = { position = 0.25 }\n[plan]\n"
+           "[plan.joints]\nj = { position = 0, torque_limit = 0.7, lower = -0.3, upper = 0.3 }\n"
+           "[integrator]\nmethod = \"gauss8\"\nstep = 0.02\n[run]\nduration = "
+        << duration << "\n";
+    const Scene s = read_scene((folder_ / "p.toml").string());
+    return scene::plan(s, scene::assemble(s), (folder_ / "out").string());
+  };
+  const auto two = planned(2), six = planned(6);
+  std::printf("  replay of 2 s off by %.1e (bound 1e-3), of 6 s by %.1e\n", two.replay, six.replay);
+  EXPECT_EQ(six.plan.status, Plan::Status::optimal);
+  EXPECT_TRUE(two.replays());
+  EXPECT_TRUE(two.notes.empty());
+  EXPECT_FALSE(six.replays());
+  ASSERT_EQ(six.notes.size(), 1u);
+  EXPECT_NE(six.notes[0].find("without feedback do not hold it"), six.notes[0].npos);
+}
+
 TEST_F(PlanScene, Refusals) {
   const std::string joints = "hinge = { actuated = false, position = 3.141592653589793 }";
   const struct {
