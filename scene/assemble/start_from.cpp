@@ -184,6 +184,7 @@ std::string note_of(const StartFrom& from, const FromRecord& record,
   std::string note =
       fmt::format("the start is the record at {:.17g} s of {}{}", from.time, from.folder,
                   from.low_words ? "" : ", whose low words were not recorded");
+  if (from.failed) note += "; that run FAILED, as its summary says";
   for (const Event& e : carried_events(from)) note += fmt::format("; the {} holds", text(e));
   for (const std::string& other : from.joined.others)
     note += fmt::format("; the {} of that run is not continued: this scene states its own", other);

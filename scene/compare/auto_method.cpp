@@ -64,7 +64,7 @@ class MethodChoice {
     auto tried = pilots();
     if (tried.empty() && best_.expected < HUGE_VAL) tried.push_back(best_);  // may do better
     for (const Candidate& c : tried)
-      if (auto confirmed = confirm(c)) return through_events(*confirmed, tried);
+      if (auto confirmed = confirm(c)) return through_events(*confirmed);
     refuse();
   }
 
@@ -180,9 +180,9 @@ class MethodChoice {
 
   /// The pilots so far are of the mechanism as it starts, and events change it: the phases
   /// themselves, as far as the time for pilots goes, with a shorter step if need be.
-  Scene through_events(Candidate c, const std::vector<Candidate>& tried) {
+  Scene through_events(Candidate c) {
     const auto controlled = with_step_control(c);
-    Scene s = put_in(c, tried, controlled);
+    Scene s = put_in(c, controlled);
     if (scene_.events.empty()) return s;
     double before = HUGE_VAL;
     for (int i = 0; i < most_tries; ++i) {
@@ -202,7 +202,7 @@ class MethodChoice {
                         ? std::clamp(0.9 * std::pow(target_ / seen.error, 1.0 / c.method.order),
                                      0.1, 0.9)
                         : 0.5));
-      s = put_in(c, tried, controlled);
+      s = put_in(c, controlled);
     }
     return s;
   }
@@ -253,8 +253,7 @@ class MethodChoice {
     return safety * error * std::pow(times, growth);
   }
 
-  Scene put_in(const Candidate& c, const std::vector<Candidate>& tried,
-               const std::optional<Candidate>& controlled) const {
+  Scene put_in(const Candidate& c, const std::optional<Candidate>& controlled) const {
     Scene s = scene_;
     s.method = c.method.name;
     s.step = c.step;
@@ -269,12 +268,6 @@ class MethodChoice {
                           c.expected, s.duration)
             : fmt::format("of a pilot over all of the {:g} s", s.duration),
         target_, c.cpu_s);
-    for (const Candidate& other : tried)
-      if (other.method.name != s.method) {
-        s.choice += fmt::format("; next best {}, step {:g} s, {:.2g} s", other.method.name,
-                                other.step, other.cpu_s);
-        break;
-      }
     if (controlled)
       s.choice += fmt::format(
           "; the same method with step = {:.3g}, step_control = \"{}\" and step_control_rate = "

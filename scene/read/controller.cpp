@@ -191,6 +191,34 @@ std::vector<Controller> read_controllers(const Table& scene, const std::string& 
   return list;
 }
 
+namespace {
+
+/// Whether two controllers act at a port together and one of them has a limit, which the sum does
+/// not keep.
+std::vector<std::string> sharing(const std::vector<Controller>& all,
+                                 const std::vector<ControllerDesign>& designs) {
+  std::vector<std::string> notes;
+  for (size_t i = 0; i < all.size(); ++i)
+    for (size_t j = 0; j < i; ++j) {
+      const bool joined =
+          all[i].then || all[j].then || std::ranges::any_of(all, [&](const Controller& c) {
+            return c.then && (c.then->by == all[i].name || c.then->by == all[j].name);
+          });
+      if (joined) continue;
+      for (const auto& one : designs[j].laws)
+        for (const auto& other : designs[i].laws)
+          if (one.port == other.port && std::min(one.limit, other.limit) < HUGE_VAL)
+            notes.push_back(fmt::format(
+                "{}: '{}' and '{}' both act at {}: their torques add up and pass the limit of "
+                "{:g}; one that takes over from the other is its then = \"{}\"",
+                all[i].where, all[j].name, all[i].name, one.port, std::min(one.limit, other.limit),
+                all[i].name));
+    }
+  return notes;
+}
+
+}  // namespace
+
 AddedControllers add_controllers(
     phs::Network& n, const std::shared_ptr<const mechanics::MechanicalModel>& model,
     const Scene& scene,
@@ -210,6 +238,7 @@ AddedControllers add_controllers(
   const auto gates = gates_of(scene.controllers, designs);
   const auto nx = size_t(model->description().nx);
   AddedControllers added;
+  added.sharing = sharing(scene.controllers, designs);
   for (size_t i = 0; i < designs.size(); ++i) {
     const Controller& c = scene.controllers[i];
     added.certificates.push_back(std::move(designs[i].certificate));

@@ -107,6 +107,8 @@ struct AddedControllers {
   std::vector<energy_shaping::Certificate> certificates;  ///< of each, in order
   /// But for those that hand over or take over, which are made to be at their limits.
   std::vector<HinderedLaw> hindered;
+  /// Of limited laws that act at one port together, without `then`; "file:line:column: ...".
+  std::vector<std::string> sharing;
 };
 
 /// Puts the controllers at the ports of the member "mechanism" of a network.

@@ -141,8 +141,14 @@ void forces(const Table& t, space::Environment& env) {
   };
   if (t.has("drag")) {
     const Table d = t.table("drag");
-    env.atmosphere = space::Atmosphere{d.positive("density"), d.positive("altitude"),
-                                       d.positive("scale_height"), area(d)};
+    const double altitude = d.positive("altitude"), height = d.positive("scale_height");
+    if (altitude < 1e4)
+      d.fail("altitude",
+             fmt::format("is {:g} m, expected 10 000 m or more: are they km?", altitude));
+    if (!(height >= 1e3 && height <= 1e6))
+      d.fail("scale_height", fmt::format("is {:g} m, expected 1000 to 1 000 000 m{}", height,
+                                         height < 1e3 ? ": are they km?" : ""));
+    env.atmosphere = space::Atmosphere{d.positive("density"), altitude, height, area(d)};
   }
   if (t.has("sunlight")) {
     const Table s = t.table("sunlight");

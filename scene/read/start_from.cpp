@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "phs/system/state.h"
+#include "scene/files/files.h"
 #include "scene/files/hdf5_file.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/files/text_table.h"
@@ -90,6 +92,14 @@ std::map<std::string, std::vector<double>> numbers_by_name(
   return all;
 }
 
+/// Whether a summary in the folder says so; a folder without one is not asked.
+bool has_failed(const fs::path& folder) {
+  const fs::path summary = folder / "summary.json";
+  if (!fs::exists(summary)) return false;
+  const auto json = nlohmann::json::parse(read_file(summary), nullptr, false);
+  return json.is_object() && json.value("verdict", "") == "fail";
+}
+
 /// at: null, the last record.
 void read_record(const fs::path& path, const double* at, StartFrom& from) {
   const Hdf5Reader file(path);
@@ -157,7 +167,9 @@ StartFrom read_start_from(const Table& t, const std::string& beside) {
           return from;
         }
     const double* moment = t.has("at") ? &at : nullptr;
-    read_record(series_in(fs::path(beside) / from.folder, moment), moment, from);
+    const fs::path folder = fs::path(beside) / from.folder;
+    read_record(series_in(folder, moment), moment, from);
+    from.failed = has_failed(folder);
   } catch (const InvalidArgument& e) {
     refuse(from.where, e.what());
   }

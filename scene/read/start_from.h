@@ -27,6 +27,7 @@ struct StartFrom {
   std::vector<std::string> forces;
   std::map<std::string, double> longitudes;  ///< as OrbitScene, of the first leg
   bool low_words = false;
+  bool failed = false;  ///< its run failed, as its summary says
   /// Of the blocks of the state, by their names in run.h5.
   std::map<std::string, Numbers> state, momentum;
   std::map<std::string, std::int64_t> turns;  ///< by the names of the angles

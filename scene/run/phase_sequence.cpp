@@ -249,12 +249,22 @@ const Phase* PhaseSequence::next() {
   phase_.waiting = waiting_;
   phase_.until.clear();
   watched_ = phs::State(moving_.model->description(), moving_.state.x);
-  for (const Event* e : waiting_)
-    phase_.until.push_back({[this, e](double t, std::span<const double> x) {
-                              std::copy_n(x.begin(), watched_.x.size(), watched_.x.begin());
-                              return Latching::margin(scene_, moving_, watched_, t, *e);
-                            },
-                            integrators::Crossing::rising});
+  nearest_.clear();
+  for (const Event* e : waiting_) {
+    Nearest& near = nearest_[e];
+    near.x = watched_.x;
+    const auto margin = [this, e, &near](double t, std::span<const double> x) {
+      std::copy_n(x.begin(), watched_.x.size(), watched_.x.begin());
+      const double now = Latching::margin(scene_, moving_, watched_, t, *e);
+      if (now > near.margin) {
+        near.margin = now;
+        near.time = t;
+        std::copy(watched_.x.begin(), watched_.x.end(), near.x.begin());
+      }
+      return now;
+    };
+    phase_.until.push_back({margin, integrators::Crossing::rising});
+  }
   return &phase_;
 }
 
@@ -300,8 +310,16 @@ RunReport PhaseSequence::finish() {
   if (broken_off_) return r;
   for (const Event* e : waiting_) {
     const std::string why = Latching::hindrance(scene_, moving_, *e);
-    r.notes.push_back("it never happened: " + text(*e) +
-                      (why.empty() ? "" : "; at the end of the run " + why));
+    std::string note = "it never happened: " + text(*e);
+    if (!why.empty()) note += "; at the end of the run " + why;
+    if (const auto near = nearest_.find(e); near != nearest_.end() && near->second.time < from_ &&
+                                            near->second.x.size() == moving_.state.x.size()) {
+      auto there = moving_;
+      there.state.x = near->second.x;
+      if (const std::string then = Latching::hindrance(scene_, there, *e); !then.empty())
+        note += fmt::format("; nearest to it at {:.6g} s, when {}", near->second.time, then);
+    }
+    r.notes.push_back(note);
   }
   // Events at the last instant have left another mechanism, which no phase has run.
   if (!assembled_) assemble(scene_.duration);

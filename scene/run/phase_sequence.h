@@ -135,6 +135,12 @@ class PhaseSequence {
   WholeReport whole_;
   std::vector<Happened> happened_;
   phs::State watched_;
+  /// Where the condition of an event that waits came nearest to be met, in the current phase.
+  struct Nearest {
+    double margin = -HUGE_VAL, time = 0;
+    std::vector<double> x;
+  };
+  std::map<const Event*, Nearest> nearest_;
   Phase phase_;
   double from_ = 0;
   int count_ = 0;

@@ -134,7 +134,8 @@ TEST(ContactOutputs, AreRefusedWhereThereIsNoForce) {
       if (o.of_contact()) o.of_what = contact;
     return test::refusal([&] { scene::Outputs(s, scene::assemble(s)); });
   };
-  EXPECT_NE(refusal("law = \"rigid\"", "ground").find("contact 'ground' is rigid and has impulses"),
+  EXPECT_NE(refusal("law = \"rigid\"\nrestitution = 0.5", "ground")
+                .find("contact 'ground' is rigid and has impulses"),
             std::string::npos);
   EXPECT_NE(refusal(lossy, "floor")
                 .find("there is no soft [[contact]] 'floor', expected one of: "

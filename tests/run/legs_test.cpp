@@ -137,6 +137,27 @@ TEST(Legs, OtherMassesThanTheRecordsAreTold) {
   EXPECT_FALSE(says(note(heavy), "ates jump")) << "control: the model of that run";
 }
 
+/// A leg of a run that failed says so. Control: of one that passed.
+TEST(Legs, ARunThatFailedIsTold) {
+  TemporaryFolder folder;
+  write_bytes(folder / "arm.urdf", arm_urdf());
+  const auto note_after = [&](const std::string& limit) {
+    const auto leg = [&](const std::string& initial) {
+      write_bytes(folder / "scene.toml",
+                  "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[initial]\n" + initial +
+                      "[integrator]\nmethod = 'rk4'\nstep = 0.01\n[run]\nduration = 1\n"
+                      "[verify]\nenergy = " +
+                      limit + "\n");
+      return scene::read_scene((folder / "scene.toml").string());
+    };
+    const auto first = leg("joints.elbow.velocity = 2\n");
+    scene::run(first, scene::assemble(first), into(folder / "first"));
+    return scene::assemble(leg("from = 'first'\n")).notes.back().text;
+  };
+  EXPECT_TRUE(says(note_after("1e-15"), "that run FAILED"));
+  EXPECT_FALSE(says(note_after("1e-3"), "FAILED"));
+}
+
 /// A longitude that is shifted by hand would count the time twice.
 TEST(OrbitLegs, AnotherLongitudeIsRefused) {
   TemporaryFolder folder;

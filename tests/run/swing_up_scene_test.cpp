@@ -112,6 +112,19 @@ TEST(SwingUpScene, TheSampledLoopIsCertified) {
   EXPECT_TRUE(has(why, "scene.toml:"));
 }
 
+/// Without `then` both laws act on one motor: told. Control: the example.
+TEST(SwingUpScene, TwoLimitedLawsAtOnePortAreTold) {
+  const auto sharing = [](const std::vector<Change>& changes) {
+    TemporaryFolder folder;
+    return scene::assemble(shipped(folder, "furuta_swing_up", changes)).sharing;
+  };
+  EXPECT_TRUE(sharing({}).empty());
+  const auto told = sharing({{"then = \"balance\"\n", ""}});
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_TRUE(has(told[0], "'swing_up' and 'balance' both act at turn.torque"));
+  EXPECT_TRUE(has(told[0], "then = \"balance\""));
+}
+
 /// Friction without actuator holds the four gains below the upright; a pump pays for it. The user
 /// comes there by the notes alone.
 TEST(SwingUpScene, WithFrictionTheNotesLeadToTheUpright) {

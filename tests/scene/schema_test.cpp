@@ -102,8 +102,8 @@ std::map<std::string, std::string> places() {
       {"planet", "[orbit]\naltitude = 5e5\n[planet]\n@"},
       {"orbit", "[orbit]\naltitude = 5e5\n@"},
       {"orbit.drag",
-       "[orbit]\naltitude = 5e5\n[orbit.drag]\ndensity = 1\naltitude = 1\nscale_height = "
-       "1\narea_coefficient = 1\n@"},
+       "[orbit]\naltitude = 5e5\n[orbit.drag]\ndensity = 1\naltitude = 1e5\nscale_height = "
+       "1e4\narea_coefficient = 1\n@"},
       {"controller.potential.joint",
        fmt::format(fmt::runtime(law), "potential") + "[controller.joints.j]\n@"},
       {"controller.potential.pose",

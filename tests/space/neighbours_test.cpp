@@ -71,6 +71,54 @@ TEST(Neighbours, MoveAsHillClohessyAndWiltshireSay) {
   }
 }
 
+/// The reach tells what is neglected: two bodies 3 km apart along the track against two Kepler
+/// orbits. The bound of space.md holds for each, and is not ten times too large.
+TEST(Neighbours, WhatIsNeglectedIsBoundedByTheReach) {
+  const auto pair = two_bodies();
+  Environment env;
+  const double a = 6998e3, n = std::sqrt(env.planet.mu / a) / a, T = 2 * M_PI / n;
+  const int steps = 400;
+  const std::vector<double> q{0, 0, 0, 1, 0, 0, 0, 0, 3000, 0, 1, 0, 0, 0};
+  const std::vector<double> v{0, 0, 0, 0, 0, 0, 0, 0, 0, -n * 3000, 0, 0};
+  Spacecraft craft(pair, pair, env);
+  phs::State s(craft.description(), craft.state(pair->state(q, v), {{a, 0, 0}, {0, n * a, 0}}));
+  SplitIntegrator by(craft, T / steps, {.splitting = "aba864", .method = "gauss8"});
+  const auto centre = [&](size_t at) {
+    const auto R = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(&s.x[at + 3]));
+    return Vec3d{s.x[at], s.x[at + 1], s.x[at + 2]} + R * Vec3d{0.1, -0.2, 0.05};
+  };
+  // Each by Störmer and Verlet in its own field, in 100 parts of a step: 1e-6 m.
+  struct Point {
+    Vec3d r, v;
+  };
+  const Vec3d R0{s.x[s.x.size() - 6], s.x[s.x.size() - 5], s.x[s.x.size() - 4]},
+      V0{s.x[s.x.size() - 3], s.x[s.x.size() - 2], s.x[s.x.size() - 1]};
+  const double share = 300.0 / 1100.0;
+  const Vec3d rel = centre(7) - centre(0), rate{-n * 3000, 0, 0};
+  Point one{R0 - share * rel, V0 - share * rate},
+      two{R0 + (1 - share) * rel, V0 + (1 - share) * rate};
+  const double h = T / (100 * steps);
+  const auto pull = [&](const Vec3d& r) {
+    const double d = mechanics::norm(r);
+    return (-env.planet.mu / (d * d * d)) * r;
+  };
+  for (int k = 0; k < 100 * steps; ++k)
+    for (Point* p : {&one, &two}) {
+      p->v += (h / 2) * pull(p->r);
+      p->r += h * p->v;
+      p->v += (h / 2) * pull(p->r);
+    }
+  for (int k = 0; k < steps; ++k) ASSERT_EQ(by.step(s), integrators::Outcome::ok);
+  const double off = mechanics::norm((centre(7) - centre(0)) - (two.r - one.r));
+  const auto r = by.ledgers().report();
+  const double far = r.reach * r.reach, near = std::pow(3000 - r.reach, 2);
+  const double bound = 6 * M_PI * (far + near) / a;
+  keeps("relative place after an orbit off two Kepler orbits [m]", off, bound);
+  breaks("ten times that [m]", 10 * off, bound);
+  keeps("reported next order less 3/2 r/R, of it",
+        std::fabs(r.next_order / (1.5 * r.reach / a) - 1), 1e-2);
+}
+
 TEST(Neighbours, OneThatIsFarAwayIsRefused) {
   const auto pair = two_bodies();
   Environment env;

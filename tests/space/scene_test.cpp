@@ -143,6 +143,25 @@ TEST(OrbitScene, SampledControllersHoldThroughTheSplit) {
   EXPECT_TRUE(part.final_state == whole.final_state);
 }
 
+// Drag stated in km would be none.
+TEST(OrbitScene, DragInKilometresIsRefused) {
+  const Folder f;
+  const auto why = [&](const std::string& numbers) {
+    return test::refusal([&] {
+      (void)read_scene(f.scene(
+          "[planet]\nrotation_rate = 7.29e-5\n[orbit]\naltitude = 620e3\ndrag = { density = "
+          "1.2e-13, area_coefficient = 20, " +
+              numbers + " }\n",
+          head, tail));
+    });
+  };
+  EXPECT_EQ(why("altitude = 620e3, scale_height = 70e3"), "");
+  EXPECT_TRUE(
+      says(why("altitude = 620, scale_height = 70e3"), "expected 10 000 m or more: are they km?"));
+  EXPECT_TRUE(says(why("altitude = 620e3, scale_height = 70"),
+                   "expected 1000 to 1 000 000 m: are they km?"));
+}
+
 // A way that leads below the surface ends there, with the results until then. Without the check a
 // fall bounces at the centre or goes round it, and passes.
 TEST(OrbitScene, EndsAtTheSurface) {
