@@ -182,7 +182,9 @@ std::string remedy(const std::string& condition) {
        "the plant with it"},
       {"rest point", "the springs balance elsewhere: move their rests there, or the rest point"},
       {"gradient of H_d", "the springs balance elsewhere: move their rests there, or the rest"},
-      {"Hessian of V_d > 0", "raise the stiffness of the coordinate named"},
+      {"Hessian of V_d > 0",
+       "raise the stiffness of the coordinate named; of a matched design try another ratio, of the "
+       "other sign too"},
       {"Hessian of V_d >= 0", "raise the stiffness of the coordinate named"},
       {"Hessian of H_d > 0", "raise the stiffness of the joint named"},
       {"Hessian of H_d >= 0", "raise the stiffness of the controller"},

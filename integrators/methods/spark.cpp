@@ -145,7 +145,7 @@ class Spark final : public BasicIntegrator<T> {
       Sweep s = moves.in_lane(0);
       if (m_ == 0) return s;
       // Positions, which alone count, answer to forces one sweep later: one small move, as where a
-      // force just begins, is no end. Moves that follow each other by a sudden ratio are not trusted.
+      // force just begins, is no end. A sudden ratio of following moves is not trusted.
       s.changed = true;
       const double move = s.change, sudden = 1e-5;
       if (first_sweep)

@@ -57,9 +57,10 @@ void rnea_derivatives(const Mechanism& m, Workspace<T>& w, DerivativeWorkspace<T
                       std::span<const Force<T>> wrench, std::span<T> tau, std::span<T> dq,
                       std::span<T> dv);
 
-/// The inertial regressor: inverse dynamics without rotors and wrenches is τ = Y θ, with ten numbers
-/// in θ for each of Mechanism::bodies(): mass, first moment (3), and xx xy xz yy yz zz of the
-/// inertia about the origin of its frame, along its axes. A body of the world has columns of zeros.
+/// The inertial regressor: inverse dynamics without rotors and wrenches is τ = Y θ, with ten
+/// numbers in θ for each of Mechanism::bodies(): mass, first moment (3), and xx xy xz yy yz zz of
+/// the inertia about the origin of its frame, along its axes. A body of the world has columns of
+/// zeros.
 /// ∂v̇/∂θ = -M⁻¹ Y. O(bodies · depth).
 /// @param q  size nq;  v, vdot  size nv;  Y  written, nv × 10·bodies, column by column
 /// Source: Atkeson, An, Hollerbach 1986 (IJRR 5).

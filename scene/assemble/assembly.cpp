@@ -157,6 +157,13 @@ std::shared_ptr<const phs::Model> with_joint_parts(
   phs::Network n(mechanical->description().name);
   n.add("mechanism", body).main("mechanism");
   add_elements(n, *mechanical, scene.elements);
+  for (const JointActuator& a : scene.actuators)
+    for (const Element& e : scene.elements)
+      if (e.motor && e.joint == a.joint)
+        throw InvalidArgument(fmt::format(
+            "{}: actuator '{}' and dc_motor '{}' both drive joint '{}', expected one: the motor "
+            "behind a spring is [actuator.theta]",
+            a.where, a.name, e.name, a.joint));
   add_actuators(n, *mechanical, scene.actuators);
   auto made = add_controllers(n, mechanical, scene, [&](const std::vector<std::string>& names) {
     return law_inputs(scene, mechanical, names);

@@ -80,7 +80,9 @@ TEST(Certificate, NamesAllThatFailsAndWhatToDo) {
   says("of a test at slide 0.5, swing -1, momenta (3, 4)\n");
   says(
       "  NOT certified: Hessian of V_d > 0; own condition\n"
-      "    Hessian of V_d > 0: raise the stiffness of the coordinate named\n");
+      "    Hessian of V_d > 0: raise the stiffness of the coordinate named; of a matched design "
+      "try "
+      "another ratio, of the other sign too\n");
   EXPECT_EQ(text.find("rank of G:"), std::string::npos);
   EXPECT_NE(c.html().find("<p>Hessian of V_d &gt; 0: raise the stiffness"), std::string::npos);
   const auto items = nlohmann::json::parse(c.json())["items"];

@@ -84,7 +84,7 @@ TEST(ContactOutputs, AreWhatTheFieldAddsAndTheClosedForm) {
   breaks("the same without the loss", elastic / largest, 0.1);
 }
 
-/// On the ground the weight is borne, at the overlap m g / k, friction or not. Control: 1 mm higher.
+/// On the ground the weight is borne, at the overlap m g / k. Control: 1 mm higher.
 TEST(ContactOutputs, AtRestAreTheWeight) {
   const auto off = [](double height) {
     TemporaryFolder folder;

@@ -134,8 +134,8 @@ TEST(Table, IsTheEnergyItWasTakenFrom) {
   keeps("effort of the stiffness port, of 3 N m", effort, 2e-2);
 }
 
-/// Without efforts the energy at zero deflection is not known: remarked. Controls: with them, and of
-/// one setting.
+/// Without efforts the energy at zero deflection is not known: remarked. Controls: with them, and
+/// of one setting.
 TEST(Table, WithoutEffortsThePretensionIsRemarked) {
   auto m = measured();
   const auto full = vsa::tabulated(m);

@@ -128,6 +128,10 @@ TEST_F(Scenes, MistakesAreRefusedWithTheirLine) {
        "[[actuator]] has no key 'sigma', expected a table with the keys start [rad] (half the "
        "angle between the motors) and drive"},
       {qbmove + held, "[[actuator]] has no key 'theta'"},
+      {qbmove + fixed + held +
+           "[[element]]\ntype = \"dc_motor\"\nname = \"m\"\njoint = \"elbow\"\nresistance = "
+           "1\ninductance = 0.1\nconstant = 0.1\nvoltage = { constant = 1 }\n",
+       "scene.toml:6:1: actuator 'elbow.actuator' and dc_motor 'm' both drive joint 'elbow'"},
       {elbow + fixed, "has 0 of the keys device, family and table, expected one"},
       {elbow + "device = \"qbmove\"\n" + fixed + held,
        "unknown device 'qbmove', expected one of qbmove_advanced"},
