@@ -121,8 +121,8 @@ class PythonSystem {
       phs::gradient_by_duals<T>(H, x, d, e);
     } else {
       throw InvalidArgument("system '" + description_.name +
-                            "' has no gradient(x): duals give it in double and lanes only, not in "
-                            "duals or 113 bits");
+                            "' has no gradient(x), expected a gradient(x) for compare, monodromy, "
+                            "derivatives and 113 bits: duals replace it in double only");
     }
   }
   template <class T>

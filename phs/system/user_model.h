@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "phs/scalars/derivative.h"
+#include "phs/system/check_description.h"
 #include "phs/system/system.h"
 
 /// Makes a Model out of a user's plain class. The class needs two members:
@@ -98,7 +99,9 @@ class UserModel : public ModelFor<UserModel<S>> {
   static_assert(is_user_system<S>());
 
  public:
+  /// @throws InvalidArgument for a description whose slices are wrong (check_description)
   explicit UserModel(S system) : system_(std::move(system)), description_(system_.description()) {
+    check_description(description_);
     if constexpr (!HasPowers<S, double>) {
       description_.powers.clear();
       if (HasDissipation<S, double> && !description_.traits.lossless)
@@ -230,8 +233,8 @@ class UserModel : public ModelFor<UserModel<S>> {
         gradient_by_duals<T>([&](auto y) { return m_.system_.hamiltonian(y); }, x, dual_, e);
       } else {
         throw InvalidArgument("system '" + m_.description_.name +
-                              "' has no gradient(x, e): duals give it in double and lanes only, "
-                              "not in duals or 113 bits");
+                              "' has no gradient(x, e), expected one for compare, derivatives of "
+                              "runs and 113 bits: duals replace it in double and lanes only");
       }
     }
 

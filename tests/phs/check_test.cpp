@@ -379,8 +379,8 @@ std::string refusal_of_gradient(const Model& model) {
 TEST(UserModel, DualsAreForDoublesAndLanes) {
   const UserModel model{Pendulum{}};
   const std::string expected =
-      "system 'pendulum' has no gradient(x, e): duals give it in double and lanes only, not in "
-      "duals or 113 bits";
+      "system 'pendulum' has no gradient(x, e), expected one for compare, derivatives of runs and "
+      "113 bits: duals replace it in double and lanes only";
   EXPECT_EQ(refusal_of_gradient<Dual>(model), expected);
   EXPECT_EQ(refusal_of_gradient<Quad>(model), expected);
   EXPECT_EQ(refusal_of_gradient<long double>(model), expected);
