@@ -11,6 +11,11 @@
 namespace porthos::scene {
 namespace {
 
+/// Whether the motion of a trial is another one than the exact, however well it keeps the energy.
+bool moves_wrongly(const Comparison& c, const Trial& t) {
+  return c.by_energy && t.complete() && t.trajectory_error.value_or(0) > most_trajectory_error;
+}
+
 /// Value of y at x, interpolated between (x1, y1) and (x2, y2) linearly in logarithms.
 double between(double x, double x1, double x2, double y1, double y2) {
   if (!(x1 > 0 && x2 > 0 && y1 > 0 && y2 > 0) || x1 == x2) return y2;
@@ -22,8 +27,12 @@ double between(double x, double x1, double x2, double y1, double y2) {
 /// next trial.
 std::optional<Reach> reach(const Comparison& c, const MethodTrials& m, double target) {
   std::vector<const Trial*> known;
+  bool left_out = false;
   for (const Trial& t : m.trials)
-    if (!std::isnan(c.error_of(t)) && t.report.cpu_s > 0) known.push_back(&t);
+    if (moves_wrongly(c, t))
+      left_out = true;
+    else if (!std::isnan(c.error_of(t)) && t.report.cpu_s > 0)
+      known.push_back(&t);
   for (size_t i = 0; i < known.size(); ++i) {
     const double error = c.error_of(*known[i]);
     if (error > target || (i + 1 < known.size() && c.error_of(*known[i + 1]) > target)) continue;
@@ -35,7 +44,7 @@ std::optional<Reach> reach(const Comparison& c, const MethodTrials& m, double ta
             .control_rate = fine.setting.control_rate,
             .control_length = fine.setting.control_length,
             .cpu_s = fine.report.cpu_s,
-            .at_most = i == 0,
+            .at_most = i == 0 && !left_out,
             .drifts = c.by_energy && drifts(fine.report.energy)};
     if (i > 0) {
       const Trial& coarse = *known[i - 1];
@@ -96,7 +105,7 @@ Smallest smallest(const Comparison& c, bool rivals) {
   for (const auto& m : c.methods)
     if (m.method.rival == rivals && c.speaks_of(m))
       for (const Trial& t : m.trials)
-        if (c.error_of(t) < s.error) s = {&t, c.error_of(t)};
+        if (!moves_wrongly(c, t) && c.error_of(t) < s.error) s = {&t, c.error_of(t)};
   return s;
 }
 
@@ -110,6 +119,16 @@ bool any(const Comparison& c, bool rivals) {
                      [&](const auto& m) { return m.method.rival == rivals; });
 }
 
+/// What no method did of which there is no smallest error.
+std::string came_to_the_end(const Comparison& c, bool rivals) {
+  for (const auto& m : c.methods)
+    for (const Trial& t : m.trials)
+      if (m.method.rival == rivals && moves_wrongly(c, t))
+        return fmt::format("came to the end with a trajectory error of at most {:g}",
+                           most_trajectory_error);
+  return "came to the end";
+}
+
 std::string rival_clause(const Comparison& c, const Reach* own, const Reach* rival) {
   if (!any(c, true)) return "";
   if (rival && own) {
@@ -118,7 +137,7 @@ std::string rival_clause(const Comparison& c, const Reach* own, const Reach* riv
                        setting_text(*rival), ratio, rival->drifts ? " and drifts" : "");
   }
   const Smallest s = smallest(c, true);
-  if (!s.trial) return "; no reference solver came to the end";
+  if (!s.trial) return "; no reference solver " + came_to_the_end(c, true);
   return "; no reference solver reached it, the smallest error was " + smallest_text(s);
 }
 
@@ -138,7 +157,7 @@ std::string sentence(const Comparison& c, const Advice& a) {
   if (!any(c, false))
     text = fmt::format("for {}: ", goal);
   else if (!s.trial)
-    text = fmt::format("no method of ours came to the end for {}", goal);
+    text = fmt::format("no method of ours {} for {}", came_to_the_end(c, false), goal);
   else
     text = fmt::format("no method of ours reached {}{}, the smallest error was {}", goal,
                        c.interrupted ? " before the interruption" : "", smallest_text(s));

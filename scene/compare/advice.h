@@ -6,6 +6,10 @@
 
 namespace porthos::scene {
 
+/// Trials whose trajectory error is larger are left out of advice for an energy error: a method may
+/// keep the energy at steps at which its motion is wrong.
+inline constexpr double most_trajectory_error = 0.1;
+
 /// What a method needs for an error, for methods whose error says how accurate they are:
 /// interpolated between the two trials that enclose the error, linearly in logarithms.
 struct Reach {

@@ -9,6 +9,7 @@
 #include "scene/run/cpu_clock.h"
 #include "tests/places.h"
 #include "tests/run/scenes.h"
+#include "tests/support/bounds.h"
 
 namespace porthos::test::compare_test {
 namespace {
@@ -400,6 +401,26 @@ TEST(Advice, AMethodThatKeepsAnyEnergyIsNotJudgedByIt) {
   for (auto& m : c.methods)
     for (auto& t : m.trials) t.trajectory_error = t.report.energy.max_rel_error;
   EXPECT_TRUE(says(scene::advise(c, 2e-4).sentence, ": exact, step 10 s or coarser"));
+}
+
+// The energy of a coarse step may be right where its motion is wrong.
+TEST(Advice, TrialsWithAWrongMotionAreLeftOut) {
+  Comparison c = power_laws(50);
+  c.methods.resize(1);
+  for (auto& t : c.methods[0].trials) t.report.energy.max_rel_error = 1e-13;
+  const auto step = [&] { return scene::advise(c, 1e-9).reaching.at(0).step_s; };
+  breaks("step advised by the energy alone [s]", step(), 0.7);
+  const double errors[] = {0.56, 0.11, 0.099, 1e-2, 1e-3};
+  for (size_t i = 0; i < 5; ++i) c.methods[0].trials[i].trajectory_error = errors[i];
+  keeps("step advised where coarser ones move wrongly [s]", step(), 0.2);
+  EXPECT_FALSE(says(scene::advise(c, 1e-9).sentence, "or coarser"));
+  for (auto& t : c.methods[0].trials) t.trajectory_error = 0.5;
+  EXPECT_EQ(
+      scene::advise(c, 1e-9).sentence,
+      "no method of ours came to the end with a trajectory error of at most 0.1 for an energy "
+      "error of 1e-09 over 100 s");
+  c.by_energy = false;  // then the target is one of the trajectory
+  EXPECT_EQ(scene::advise(c, 0.6).reaching.size(), 1u);
 }
 
 TEST(Advice, OfAComparisonFitsItsRows) {
