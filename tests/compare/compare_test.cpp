@@ -427,22 +427,29 @@ TEST(Advice, OfAComparisonFitsItsRows) {
   const auto& r = compared().result;
   const auto a = scene::advise(r, 1e-9);
   ASSERT_FALSE(a.reaching.empty());
+  double worst = 0;
   for (const auto& reach : a.reaching) {
-    double above = 0, below = HUGE_VAL;  // errors of the trials around the step or tolerance
+    const scene::Trial *above = nullptr, *below = nullptr;  // around the step or tolerance
     for (const auto& t : reach.of->trials) {
       if (!t.complete()) continue;
       const bool coarser = reach.rtol > 0 ? t.setting.rtol > reach.rtol * (1 + 1e-9)
                                           : t.setting.step > reach.step_s * (1 + 1e-9);
       if (coarser)
-        above = r.error_of(t);
-      else if (below == HUGE_VAL)
-        below = r.error_of(t);
+        above = &t;
+      else if (!below)
+        below = &t;
     }
-    EXPECT_LE(below, 1e-9) << reach.of->method.name;
+    ASSERT_TRUE(below) << reach.of->method.name;
+    EXPECT_LE(r.error_of(*below), 1e-9) << reach.of->method.name;
+    worst = std::max(worst, below->trajectory_error.value_or(0));
     if (!reach.at_most) {
-      EXPECT_GT(above, 1e-9) << reach.of->method.name;
+      ASSERT_TRUE(above) << reach.of->method.name;
+      EXPECT_TRUE(r.error_of(*above) > 1e-9 ||
+                  above->trajectory_error.value_or(0) > scene::most_trajectory_error)
+          << reach.of->method.name;
     }
   }
+  keeps("largest trajectory error of the trials advised", worst, scene::most_trajectory_error);
 }
 
 }  // namespace
