@@ -10,6 +10,7 @@ from typing import Any, Callable, Sequence
 import numpy as np
 
 from ._core import Environment, InvalidArgument, LivePicture, Model, momenta_from_rates, rates_from_momenta, starts_of_cases
+from .env_options import check_look, check_options, limits, read_only
 from .results import PathLike
 
 try:
@@ -58,21 +59,14 @@ def _picture_of(scene: PathLike, mechanism: Any, look: dict[str, Any]) -> LivePi
         return LivePicture(mechanism, folder + "/run/report.html", **look)
 
 
-def _check_look(look: dict[str, Any]) -> None:
-    known = {"size": None, "camera": ("iso", "x", "y", "z"), "follow": ("place", "base", "world"), "dark": None}
-    for key, value in look.items():
-        if key not in known:
-            raise InvalidArgument(f"picture has '{key}', expected {', '.join(known)}")
-        if (words := known[key]) and value not in words:
-            raise InvalidArgument(f"picture has {key}={value!r}, expected one of {', '.join(words)}")
+class _Cases:
+    """begin of cases, whose starts are states also with rates=True."""
 
+    def __init__(self, starts: np.ndarray):
+        self._starts = starts
 
-def _limits(limit: Any, sizes: Sequence[int]) -> np.ndarray:
-    """Of each number of ports of these sizes."""
-    given = np.asarray(limit if isinstance(limit, (int, float, np.number, list, tuple, np.ndarray)) else np.nan)
-    if given.dtype.kind not in "iuf" or given.shape not in ((), (len(sizes),)) or not (given > 0).all():
-        raise InvalidArgument(f"limit is {limit!r}, expected a number above 0, or {len(sizes)} of them: the largest input of each port")
-    return np.repeat(np.broadcast_to(given.astype(np.float64), len(sizes)), sizes)
+    def __call__(self, uniform: Callable[[int], np.ndarray], x: np.ndarray) -> np.ndarray:
+        return self._starts[int(len(self._starts) * uniform(1)[0])]
 
 
 def _made_by(cls: type, path: PathLike, options: dict[str, Any]) -> Any:
@@ -90,7 +84,7 @@ class VectorEnv(_VectorBase):
     where: "rate of base.attitude[0]" is an angular rate, "rate of base.position[0]" a velocity of a free body, both along its own
     axes. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine.
     Actions are inputs of `ports` (all but the wrench on the base, where none are named), in [-limit, limit]; what is beyond is cut
-    off. limit: a number, or one for each port. reward(observations, actions) -> (n,).
+    off. limit: a number, or one for each port. reward(observations, actions) -> (n,); both may not be written.
     An episode that ends begins anew in the same step: its last observation is then in info["final_obs"], by info["_final_obs"].
     mechanism: the one in the model, whose state comes first, where the model does not name it (from_scene does).
     scene: a scene file of the same mechanism, by which render() draws (from_scene gives it). render_mode: "rgb_array" or None.
@@ -110,9 +104,8 @@ class VectorEnv(_VectorBase):
                  scene: PathLike | None = None, render_mode: str | None = None, picture: dict[str, Any] | None = None, rates: bool = False, **options: Any):
         if render_mode not in (None, "rgb_array"):
             raise InvalidArgument(f"render_mode is {render_mode!r}, expected 'rgb_array' or None")
-        if "observed" in options or "outputs" in options:
-            raise InvalidArgument("observed and outputs are of Environment, expected none of them: observations are coordinates and rates")
-        _check_look(picture or {})
+        check_options(options)
+        check_look(picture or {})
         if not callable(reward):
             raise InvalidArgument(f"reward is {reward!r}, expected a function of observations and actions")
         if not np.issubdtype(np.dtype(dtype), np.floating):
@@ -127,7 +120,7 @@ class VectorEnv(_VectorBase):
         if rates:
             self._in_rates(options)
         sizes = {p.name: p.size for p in description.ports}
-        self._limit = _limits(limit, [sizes.get(p, 1) for p in ports])
+        self._limit = limits(limit, [sizes.get(p, 1) for p in ports])
         self._batch = Environment(model, start, count=num_envs, **options)
         number = lambda name, n: [name] if n == 1 else [f"{name}[{k}]" for k in range(n)]
         self.action_names: list[str] = [n for p in ports for n in number(p, sizes[p])]
@@ -145,7 +138,7 @@ class VectorEnv(_VectorBase):
         self.observation_space = _box(-np.inf, np.inf, (num_envs, len(self.names)), self._dtype)
         most = np.tile(most, (num_envs, 1))
         self.action_space = _box(-most, most, most.shape, self._dtype)
-        self._scene, self.render_mode, self._look, self._picture = scene, render_mode, picture or {}, None
+        self._scene, self.render_mode, self._look, self._picture, self._begun = scene, render_mode, picture or {}, None, False
 
     def _in_rates(self, options: dict[str, Any]) -> None:
         """begin and ended of observations, as functions of states."""
@@ -164,7 +157,7 @@ class VectorEnv(_VectorBase):
                 q /= np.linalg.norm(q) or 1.0  # rates are of the attitude that is meant
             return np.concatenate([o[: m.nq], momenta_from_rates(m, o[: m.nq], o[m.nq : bodies]), o[bodies:] if len(o) > bodies else x[rest:]])
 
-        if begin := options.get("begin"):
+        if (begin := options.get("begin")) and not isinstance(begin, _Cases):
             options["begin"] = lambda uniform, x: state(begin(uniform, seen(x)), x)
         if ended := options.get("ended"):
             options["ended"] = lambda x: ended(seen(x))
@@ -180,17 +173,23 @@ class VectorEnv(_VectorBase):
 
         scene = Scene(path)
         if scene.data.events:
-            raise InvalidArgument(f"{path} has {len(scene.data.events)} [[event]]s, which an environment does not see, expected a scene without them")
+            raise InvalidArgument(f"{path} has events (first: {scene.data.events[0]}), which an environment does not see, expected none: "
+                                  "no [[event]], and no [initial] from a run with a capture or a lock")
         if scene.data.stops and "ended" not in options:
             raise InvalidArgument(f"{path} has {scene.data.stops} [[stop]]s, which an environment does not see, expected ended=, a function of the state that says them")
         recipe = (path, {"cases": cases, **options})
         scene.data.centre_stays = True  # actions may push it
         start = scene.assembly.start
+        try:
+            scene.model.instantiate().field(0.0, start)
+        except InvalidArgument as why:
+            if "split of orbit" in str(why):
+                raise InvalidArgument(f"{path} has third bodies, drag, sunlight, thrusters or torquers, which act on a split orbit only and not in "
+                                      "an environment, expected a scene without them") from None
         if cases:
             if "begin" in options:
                 raise InvalidArgument("begin is given besides cases, expected one of both")
-            starts = starts_of_cases(scene.data, cases)
-            options["begin"] = lambda uniform, x: starts[int(cases * uniform(1)[0])]
+            options["begin"] = _Cases(starts_of_cases(scene.data, cases))
         env = cls(scene.model, start, **{"method": scene.data.method, "step": scene.data.step, "mechanism": scene.assembly.mechanism, "scene": path, **options})
         env._recipe = recipe
         return env
@@ -224,10 +223,14 @@ class VectorEnv(_VectorBase):
         several = isinstance(seed, (list, tuple, np.ndarray))
         if gymnasium:
             super().reset(seed=None if several else seed)
-        return self._seen(self._batch.reset_each(list(seed)) if several else self._batch.reset(seed)), {}
+        x = self._batch.reset_each(list(seed)) if several else self._batch.reset(seed)
+        self._begun = True
+        return self._seen(x), {}
 
     def step(self, actions):
-        """(observations, rewards, terminated, truncated, info)."""
+        """(observations, rewards, terminated, truncated, info). Before the first reset() it is refused."""
+        if not self._begun:
+            raise InvalidArgument("no episode is running, expected reset() before step()")
         given = np.asarray(actions, dtype=np.float64)
         if given.shape != self.action_space.shape:
             raise InvalidArgument(f"actions have shape {given.shape}, expected {self.action_space.shape}")
@@ -241,7 +244,7 @@ class VectorEnv(_VectorBase):
             info = {"final_obs": last, "_final_obs": ended.copy()}
         if self._batch.failed.any():
             info["failed"] = self._batch.failed.copy()
-        rewards = np.asarray(self._reward(last, u), dtype=np.float64)
+        rewards = np.asarray(self._reward(read_only(last), read_only(u)), dtype=np.float64)
         if rewards.shape != (self.num_envs,):
             raise InvalidArgument(f"reward gave shape {rewards.shape}, expected ({self.num_envs},)")
         if (wrong := ~np.isfinite(rewards) & ~self._batch.failed).any():

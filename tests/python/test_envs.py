@@ -248,7 +248,7 @@ def test_what_an_environment_does_not_take(pendulum, source):
     for shape in ((1, 3), (3,), (3, 1, 1)):
         refused(lambda s=shape: e.step(np.zeros(s)), f"actions have shape {shape}, expected (3, 1)")
     refused(lambda: many(pendulum, longest=-1), "longest is -1, expected 0 or more")
-    refused(lambda: ph.Env.from_scene(source / "examples/two_arms/scene.toml", reward=lambda o, u: 0.0, limit=1.0), "[[event]]s, which an environment does not see")
+    refused(lambda: ph.Env.from_scene(source / "examples/two_arms/scene.toml", reward=lambda o, u: 0.0, limit=1.0), "has events (first: capture of load by left_hand), which an environment does not see")
     refused(lambda: many(pendulum, begin=lambda uniform, x: x * np.nan), "is not finite")
 
 
@@ -270,6 +270,65 @@ def test_begin_and_ended_in_rates(pendulum):
     else:
         raise AssertionError("no episode ended")
     refused(lambda: many(pendulum, rates=True, begin=lambda uniform, o: o[:3]).reset(), "begin gave shape (3,), expected (4,)")
+
+
+@pytest.mark.parametrize("example, varied", [("double_pendulum", "initial.joints.elbow.velocity"), ("ets_vii", "initial.joints.joint_1.position")])
+def test_cases_begin_where_they_were_drawn_with_rates_too(source, tmp_path, example, varied):
+    for file in (source / "examples" / example).glob("*.urdf"):
+        shutil.copy(file, tmp_path)
+    text = (source / "examples" / example / "scene.toml").read_text() + f'[ensemble]\ncases = 5\n[ensemble.vary]\n"{varied}" = {{ uniform = [-0.5, 0.5] }}\n'
+    (tmp_path / "scene.toml").write_text(text)
+    kw = dict(cases=5, num_envs=9, limit=1.0, step=0.01, method="gauss4", reward=lambda o, u: np.zeros(9), dtype=np.float64)
+    plain, rates = (ph.VectorEnv.from_scene(tmp_path / "scene.toml", rates=r, **kw) for r in (False, True))
+    seen = plain.reset(seed=2)[0]
+    off = np.abs(rates.reset(seed=2)[0] - seen).max()
+    nq = ph.Scene(tmp_path / "scene.toml").assembly.mechanism.nq
+    momenta = np.array([plain.batch.state(i).x[nq : seen.shape[1]] for i in range(9)])
+    control = np.abs(momenta - seen[:, nq:]).max()
+    print(f"{example}: {off:.1e}, bound 0; momenta taken as rates {control:.1e}, control, must exceed 1e-2")
+    assert off == 0 and control > 1e-2
+
+
+def test_a_reward_cannot_change_what_the_agent_gets(pendulum):
+    def scaled(o, u):
+        o /= 10
+        return np.zeros(3)
+
+    for make, reward in ((many, scaled), (one, scaled), (one, lambda o, u: u.fill(0) or 0.0)):
+        e = make(pendulum, reward=reward)
+        e.reset(seed=0)
+        with pytest.raises(ValueError, match="read-only"):
+            e.step(np.zeros(e.action_space.shape))
+    e = many(pendulum, reward=lambda o, u: (o / 10)[:, 0])  # control: a copy may be written, and so may what the agent gets
+    e.reset(seed=0)
+    obs, rewards, *_ = e.step(np.zeros((3, 1)))
+    assert np.abs(rewards - obs[:, 0] / 10).max() < 1e-7 and obs.flags.writeable
+
+
+def test_options_that_do_not_fit(pendulum, source, tmp_path):
+    scene = source / "examples/double_pendulum/scene.toml"
+    kw = dict(reward=lambda o, u: 0.0, limit=1.0)
+    refused(lambda: ph.Env.from_scene(scene, ports="elbow.torque", **kw), "ports is 'elbow.torque', expected a list of names: ['elbow.torque']")
+    for wrong, meant in (("limt", "limit"), ("case", "cases"), ("substep", "substeps"), ("rewards", "reward")):
+        refused(lambda: ph.VectorEnv.from_scene(scene, **{wrong: 1}, **kw), f"there is no option '{wrong}', expected '{meant}'")
+    refused(lambda: many(pendulum, cases=3), "cases is of from_scene")
+    refused(lambda: many(pendulum, count=3), "there is no option 'count', expected one of reward, limit, num_envs, ", most=240)
+    ph.Env.from_scene(scene, ports=["elbow.torque"], substeps=2, **kw)  # control
+    e = many(pendulum)
+    refused(lambda: e.step(np.zeros((3, 1))), "no episode is running, expected reset() before step()")
+    e.reset()
+    e.step(np.zeros((3, 1)))
+
+
+def test_scenes_of_a_split_orbit_are_refused(tmp_path):
+    (tmp_path / "sat.urdf").write_text("<robot name='sat'><link name='hull'><inertial><mass value='200'/>"
+                                       "<inertia ixx='40' iyy='50' izz='60' ixy='0' ixz='0' iyz='0'/></inertial></link></robot>")
+    orbit = "[model]\nurdf = 'sat.urdf'\nbase = 'free'\n[orbit]\naltitude = 620e3\nsplitting = 'lobatto4c'\n{}[integrator]\nmethod = 'gauss8'\nstep = 1.0\n[run]\nduration = 60.0\n"
+    kw = dict(reward=lambda o, u: 0.0, limit=1.0)
+    (tmp_path / "scene.toml").write_text(orbit.format("epoch = '2027-03-14T06:30:00'\n"))
+    refused(lambda: ph.Env.from_scene(tmp_path / "scene.toml", **kw), "third bodies, drag, sunlight, thrusters or torquers", "expected a scene without them", most=260)
+    (tmp_path / "scene.toml").write_text(orbit.format(""))
+    ph.Env.from_scene(tmp_path / "scene.toml", **kw).reset(seed=0)  # control
 
 
 def test_a_base_is_not_pushed_unless_it_is_asked_for(source):

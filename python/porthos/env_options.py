@@ -1,0 +1,52 @@
+"""The options of Env and VectorEnv: what does not fit is refused when the environment is made."""
+
+from __future__ import annotations
+
+import difflib
+from typing import Any, Sequence
+
+import numpy as np
+
+from ._core import InvalidArgument
+
+passed_on = ("method", "step", "substeps", "seed", "longest", "threads", "ports", "begin", "ended")  # to Environment
+
+
+def check_look(look: dict[str, Any]) -> None:
+    """Of picture=."""
+    known = {"size": None, "camera": ("iso", "x", "y", "z"), "follow": ("place", "base", "world"), "dark": None}
+    for key, value in look.items():
+        if key not in known:
+            raise InvalidArgument(f"picture has '{key}', expected {', '.join(known)}")
+        if (words := known[key]) and value not in words:
+            raise InvalidArgument(f"picture has {key}={value!r}, expected one of {', '.join(words)}")
+
+
+def check_options(options: dict[str, Any]) -> None:
+    """Those that go on to Environment."""
+    if "observed" in options or "outputs" in options:
+        raise InvalidArgument("observed and outputs are of Environment, expected none of them: observations are coordinates and rates")
+    for name in options:
+        if name == "cases":
+            raise InvalidArgument("cases is of from_scene, expected begin=, a function that says where episodes begin")
+        if name not in passed_on:
+            known = ("reward", "limit", "num_envs", "dtype", "mechanism", "scene", "render_mode", "picture", "rates", "cases", *passed_on)
+            near = difflib.get_close_matches(name, known, 1)
+            raise InvalidArgument(f"there is no option '{name}', expected {repr(near[0]) if near else 'one of ' + ', '.join(known)}")
+    if isinstance(ports := options.get("ports"), str):
+        raise InvalidArgument(f"ports is {ports!r}, expected a list of names: [{ports!r}]")
+
+
+def read_only(a: np.ndarray) -> np.ndarray:
+    """A view of the same numbers, by which they cannot be written."""
+    view = a.view()
+    view.flags.writeable = False
+    return view
+
+
+def limits(limit: Any, sizes: Sequence[int]) -> np.ndarray:
+    """Of each number of ports of these sizes."""
+    given = np.asarray(limit if isinstance(limit, (int, float, np.number, list, tuple, np.ndarray)) else np.nan)
+    if given.dtype.kind not in "iuf" or given.shape not in ((), (len(sizes),)) or not (given > 0).all():
+        raise InvalidArgument(f"limit is {limit!r}, expected a number above 0, or {len(sizes)} of them: the largest input of each port")
+    return np.repeat(np.broadcast_to(given.astype(np.float64), len(sizes)), sizes)
