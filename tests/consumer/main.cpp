@@ -16,7 +16,13 @@ struct Duffing {  // H = p²/2 - q²/2 + q⁴/4
     d.name = "Duffing";
     d.nx = 2;
     d.traits.canonical = true;
-    d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
+    d.blocks = {{.name = "q",
+                 .kind = phs::BlockKind::linear,
+                 .at = 0,
+                 .size = 1,
+                 .momentum = 1,
+                 .unit = "m",
+                 .momentum_unit = "kg m/s"}};
     return d;
   }
   template <class T>

@@ -17,6 +17,6 @@ cmake --build "$temporary/build"
 echo "== pkg-config"
 export PKG_CONFIG_PATH=$(dirname "$(find "$temporary/prefix" -name porthos.pc)")
 # shellcheck disable=SC2046,SC2086  # flags are meant to be split
-${CXX:-c++} -std=c++20 ${CXXFLAGS:-} $(pkg-config --cflags porthos) "$here/main.cpp" \
+${CXX:-c++} -std=c++20 -O3 ${CXXFLAGS:-} $(pkg-config --cflags porthos) "$here/main.cpp" \
   -o "$temporary/consumer" $(pkg-config --libs porthos)
 "$temporary/consumer"

@@ -117,6 +117,46 @@ def test_what_a_system_lacks_is_said():
     refused(lambda: ph.UserModel(Odd()), "3 states", "structure(x, e)")
 
 
+def test_slices_that_do_not_fit_are_refused():
+    block = lambda name="q", **at: ph.Block(name=name, **{"at": 0, "momentum": 2, **at})
+    port = lambda **at: ph.Port(name="f", kind=ph.PortKind.effort_in, **at)
+
+    def model(blocks, ports=()):
+        class Masses:
+            description = lambda self: ph.Description(name="masses", nx=4, nu=1, traits=ph.Traits(canonical=True), blocks=blocks, ports=list(ports))
+            hamiltonian = lambda self, x: 0.5 * (x[2] ** 2 + x[3] ** 2)
+            input = lambda self, x, u: np.array([0 * u[0], 0 * u[0], u[0], 0 * u[0]])
+
+        return ph.UserModel(Masses())
+
+    beyond = "expected a slice within 0..4 of x (nx=4)"
+    for blocks, ports, *said in (([block(momentum=400000)], [], "block 'q' has momentum=400000 and size=1", beyond),
+                                 ([block(at=7)], [], "block 'q' has at=7 and size=1", beyond), ([block(at=-2)], [], "block 'q' has at=-2", beyond),
+                                 ([block(size=5)], [], "block 'q' has at=0 and size=5", beyond),
+                                 ([block(), block("r", momentum=-1)], [], "block 'r' has at=0 and size=1 in x, where block 'q'", "do not overlap"),
+                                 ([block(momentum=3), block("r", at=1, momentum=2)], [], "block 'q' has at=0 and momentum=3, expected momentum=2"),
+                                 ([], [port(at=3)], "port 'f' has at=3 and size=1, expected a slice within 0..1 of u (nu=1)"),
+                                 ([], [port(size=4)], "port 'f' has at=0 and size=4")):
+        refused(lambda: model(blocks, ports), "system 'masses': ", *said)
+    fits = model([block(), block("r", at=1, momentum=3)], [port()])  # control
+    assert ph.check(fits).holds and ph.simulate(fits, [0, 0, 1, 0], step=0.1, duration=1)["state/q"][-1] == pytest.approx(1, rel=1e-14)
+
+
+def test_a_gradient_is_asked_for_where_duals_do_not_replace_it():
+    class Bare:
+        description = lambda self: ph.Description(name="bare", nx=2, traits=ph.Traits(canonical=True), blocks=[ph.Block(name="q", momentum=1)])
+        hamiltonian = lambda self, x: 0.5 * (x[0] ** 2 + x[1] ** 2)
+
+    class Whole(Bare):
+        gradient = lambda self, x: np.array([x[0], x[1]])
+
+    for call in (lambda m: ph.compare(m, [1.0, 0.0], step=0.1, duration=1, methods=["gauss4"], budget=1, progress=False),
+                 lambda m: ph.monodromy(m, [1.0, 0.0], step=0.1, steps=5, method="gauss4")):
+        refused(lambda: call(ph.UserModel(Bare())), "system 'bare' has no gradient(x), expected a gradient(x) for compare, monodromy, derivatives and 113 bits")
+        call(ph.UserModel(Whole()))  # control
+    assert ph.simulate(ph.UserModel(Bare()), [1.0, 0.0], step=0.1, duration=1)["state/q"][-1] == pytest.approx(math.cos(1.0), abs=1e-12)
+
+
 def test_duals_and_quads():
     d = ph.Dual(0.7, 1.0)
     for f, derivative in [(np.sin, math.cos(0.7)), (np.cos, -math.sin(0.7)), (np.exp, math.exp(0.7)), (np.log, 1 / 0.7),
