@@ -276,7 +276,9 @@ and any of these, which return what they give (x, e, u are arrays; a method that
 
 y = G^T e is derived from `input`, so ports are collocated by construction. Arrays are of float64 in runs, of longdouble where
 errors are measured, and object arrays of Dual and Quad in checks and references: write the mathematics with operators
-and numpy's sin, cos, sqrt, exp, log, tanh.)")
+and numpy's sin, cos, sqrt, exp, log, tanh. compare, monodromy and gradient need gradient(x).
+
+Raises InvalidArgument for blocks outside of x, ports outside of u, slices that overlap, and methods that are missing.)")
       .def(py::init([](py::object system) {
              return std::make_shared<UserModel>(PythonSystem(std::move(system)));
            }),

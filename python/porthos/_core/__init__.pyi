@@ -480,7 +480,9 @@ class UserModel(Model):
 
     y = G^T e is derived from `input`, so ports are collocated by construction. Arrays are of float64 in runs, of longdouble where
     errors are measured, and object arrays of Dual and Quad in checks and references: write the mathematics with operators
-    and numpy's sin, cos, sqrt, exp, log, tanh.
+    and numpy's sin, cos, sqrt, exp, log, tanh. compare, monodromy and gradient need gradient(x).
+
+    Raises InvalidArgument for blocks outside of x, ports outside of u, slices that overlap, and methods that are missing.
     """
     def __init__(self, system: Any) -> None: ...
 
