@@ -139,7 +139,8 @@ def draw(result: Result) -> "Figure":
 
 
 def _of_motion(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Panels of the motion by their titles without units: "joints", "rates of joints", ...; and each of their lines by its name."""
+    """Panels of the motion by their titles without units: "joints", "rates of joints", ...; and each of their lines by its name, which
+    with the panel's before it, "tip.x", is always one."""
     motion = result.motion()
     t = motion.pop("time [s]")["t"]
 
@@ -150,12 +151,20 @@ def _of_motion(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
             _lines(ax, t, lines)
         return draw_into
 
-    panels, alone = {}, {}
+    def several(name, places):
+        def refuse(*_):
+            raise InvalidArgument(f"what is '{name}', a line of several panels, expected one of: {', '.join(places)}")
+        return refuse
+
+    panels, alone, places = {}, {}, {}
     for what, lines in motion.items():
         title, unit = what[:-1].split(" [")
         panels[title if title not in panels else what] = panel(what, lines)  # outputs have a panel for each unit
         for name, y in lines.items():
-            alone.setdefault(name, panel(f"{name} [{unit}]", {name: y}))
+            full = f"{title}.{name}"
+            alone[full] = panel(f"{full} [{unit}]", {name: y})
+            places.setdefault(name, []).append(full)
+            alone[name] = several(name, places[name]) if places[name][1:] else panel(f"{name} [{unit}]", {name: y})
     return panels, alone
 
 

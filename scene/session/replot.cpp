@@ -143,14 +143,24 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what) {
     for (const TracePanel& p : motion.panels)
       if ((exact ? p.what : without_unit(p.what)) == (exact ? what : without_unit(what)))
         return {p};
+  std::vector<TracePanel> found;
+  std::string full;  // names of what was found
   for (const TracePanel& p : motion.panels) {
-    known.push_back(without_unit(p.what));
-    add_to_list(list, known.back());
+    const std::string name = without_unit(p.what), unit = p.what.substr(name.size());
+    known.push_back(name);
+    add_to_list(list, name);
     for (const TraceLine& l : p.lines) {
-      if (l.name == what) return {{l.name + p.what.substr(without_unit(p.what).size()), {l}}};
+      if (name + "." + l.name == what) return {{what + unit, {l}}};
       known.push_back(l.name);
+      if (l.name != what) continue;
+      found.push_back({l.name + unit, {l}});
+      add_to_list(full, name + "." + l.name);
     }
   }
+  if (found.size() == 1) return found;
+  if (found.size() > 1)
+    throw InvalidArgument(
+        fmt::format("what is '{}', a line of several panels, expected one of: {}", what, full));
   throw InvalidArgument(fmt::format("what is '{}', the nearest is '{}', expected {} or a line",
                                     what, nearest(what, Names(known.begin(), known.end())), list));
 }

@@ -154,6 +154,21 @@ def test_the_command_draws_the_same_panels(run, tmp_path):
     refused(lambda: ph.plot(run, what="rates of joinst"), "the nearest is 'rates of joints'", most=280)
 
 
+def test_a_line_of_several_panels_is_named_with_its_panel(run, monkeypatch, tmp_path):
+    t = np.linspace(0, 1, 5)
+    panels = {"tip [m]": {"x": t, "y": -t}, "bus [m]": {"x": 2 * t}, "time [s]": {"t": t}}
+    monkeypatch.setattr(type(run), "motion", lambda self: {k: dict(v) for k, v in panels.items()})
+    (line,) = [k for k in ph.plot(run, what="bus.x").axes[0].get_lines() if len(k.get_xdata()) == 5]
+    assert np.array_equal(line.get_ydata(), 2 * t)
+    assert ph.plot(run, what="y").axes[0].get_title(loc="left") == "y"
+    refused(lambda: ph.plot(run, what="x"), "a line of several panels, expected one of: tip.x, bus.x")
+    monkeypatch.undo()
+    name = next(k for k in run.motion() if k.startswith("rates of"))
+    full = name.split(" [")[0] + "." + next(iter(run.motion()[name]))
+    done = subprocess.run([os.environ["PORTHOS_CLI"], "plot", run.folder, "--what", full, "--out", tmp_path / "one.svg"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 def test_one_palette(source):
     """The lines of matplotlib, of the SVG files and of the page have the same colours."""
     from porthos.plotting import LINES
