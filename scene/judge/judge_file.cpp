@@ -11,6 +11,7 @@
 #include "phs/error.h"
 #include "scene/files/files.h"
 #include "scene/judge/detail/trajectory.h"
+#include "scene/judge/detail/work_error.h"
 #include "scene/run/cpu_clock.h"
 #include "scene/run/ledger.h"
 #include "scene/run/record_log.h"
@@ -49,6 +50,7 @@ class OwnPowers {
  public:
   explicit OwnPowers(const phs::Model& m)
       : system_(m.instantiate<double>()),
+        description_(m.description()),
         e_(size_t(m.description().nx)),
         now_(m.description().powers.size()),
         before_(now_.size()) {}
@@ -58,22 +60,25 @@ class OwnPowers {
     system_->set_turn_angles(angles);
     system_->gradient(s.x, e_);
     system_->powers(t, s.x, e_, now_);
-    for (size_t a = 0; a < now_.size(); ++a) to[a] = 0.5 * h * (before_[a] + now_[a]);
+    double net = 0;
+    for (size_t a = 0; a < now_.size(); ++a) {
+      to[a] = 0.5 * h * (before_[a] + now_[a]);
+      const auto kind = description_.powers[a].kind;
+      if (kind != phs::PowerKind::observed)
+        net += kind == phs::PowerKind::supplied ? now_[a] : -now_[a];
+    }
+    net_.push_back(net);
     before_ = now_;
   }
+  /// Their sum at each row [W].
+  const Numbers& net() const { return net_; }
 
  private:
   std::unique_ptr<phs::System<double>> system_;
+  phs::Description description_;
+  Numbers net_;
   Numbers e_, now_, before_;
 };
-
-void add_notes(RunReport& r, const std::string& file, size_t rows, size_t powers) {
-  r.notes.push_back(fmt::format("{} was made elsewhere and judged as it is: {} rows", file, rows));
-  if (powers > 0)
-    r.notes.push_back(
-        "works of the model's own dampers and sources are taken by the trapezoidal rule between "
-        "rows, whose error stands in the residual of the balance");
-}
 
 /// The scene that a trajectory is judged as: its model, without outputs and stops of a run.
 Scene recorded_scene(const JudgeOptions& o, const TrajectoryTable& table, const TrajectoryMap& map,
@@ -223,6 +228,7 @@ RunReport judge_file(const JudgeOptions& o) {
   const RecordLayout layout(d, Extrema::none);
   RunReport r;
   CentreCourse course;
+  Numbers errors;  // of the energy, by row [J]
   {
     RecordLog log(log_path, layout);
     const Numbers unknown(layout.reactions, NAN);  // a trajectory of q and v does not tell them
@@ -232,7 +238,7 @@ RunReport judge_file(const JudgeOptions& o) {
       const auto [world, s, centre] = trajectory.row(d, i, h, centre_out);
       own.works(t[i] - t[0], h, s, std::span(works).first(powers));
       if (i > 0) {
-        trajectory.works(i, h, std::span(works).subspan(powers));
+        trajectory.works(t, i, std::span(works).subspan(powers));
         ledger.book(works);
       }
       Measured m = meter.measure(t[i], s);
@@ -240,7 +246,7 @@ RunReport judge_file(const JudgeOptions& o) {
         throw InvalidArgument(table.at(i) + ": the energy of this row is no finite number");
       m.quaternion_norm = trajectory.norm_error();
       const bool regular = i == 0 || follows(h, step);
-      const double error = ledger.add(t[i] - t[0], m, regular);
+      const double error = errors.emplace_back(ledger.add(t[i] - t[0], m, regular));
       fill_record(layout, t[i] - t[0], world, m, ledger.port_work(), error, 0, unknown, {}, {},
                   row);
       log.append(row);
@@ -256,12 +262,14 @@ RunReport judge_file(const JudgeOptions& o) {
   r.simulated_s = t.back() - t[0];
   r.steps = r.cost.steps = std::int64_t(t.size()) - 1;
   ledger.fill(r, meter);
-  add_notes(r, o.file, t.size(), powers);
+  r.notes.push_back(
+      fmt::format("{} was made elsewhere and judged as it is: {} rows", o.file, t.size()));
   note_what_is_left(r, o, table, map, scene);
   note_unequal_rows(r, t, step);
   integrators::Declaration method;
   method.name = scene.method;
   judge(r, scene, method, meter);
+  judge_works(r, trajectory, map.torque_between, {t, own.net(), errors});
   check_rates(r, trajectory.agreements(t));
   if (!r.passed()) ask_about_degrees(r, trajectory.largest_angle());
   if (centre_out) {

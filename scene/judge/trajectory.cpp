@@ -177,20 +177,6 @@ Trajectory::Row Trajectory::row(const phs::Description& d, size_t i, double h, b
   return r;
 }
 
-void Trajectory::works(size_t i, double h, std::span<double> to) const {
-  size_t at = 0;
-  for (const Columns& k : columns_) {
-    if (k.torque.empty()) continue;
-    const double a = k.torque[i - 1], b = k.torque[i], moved = distance(k, i, h);
-    to[at] = a * moved;
-    if (map_.torque_is_linear) {  // ∫ τ q' over the cubic through both ends and their rates
-      const double bend = h / 12 * (k.v[0][i] - k.v[0][i - 1]);
-      to[at] = 0.5 * (a + b) * moved + (b - a) * bend;
-    }
-    ++at;
-  }
-}
-
 void Trajectory::missing(const JointCoordinates& c, const char* kind) const {
   throw InvalidArgument(fmt::format(
       "{}: no column for {} of '{}', expected '{}{}' or a [columns.{}] in the map",

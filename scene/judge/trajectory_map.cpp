@@ -100,8 +100,13 @@ TrajectoryMap read_trajectory_map(const std::string& path) {
     m.linear_in_body = t.choice("linear_velocity_axes", {"world", "body"}) == "body";
   if (t.has("angular_velocity_axes"))
     m.angular_in_world = t.choice("angular_velocity_axes", {"body", "world"}) == "world";
-  if (t.has("torque_between"))
-    m.torque_is_linear = t.choice("torque_between", {"held", "linear"}) == "linear";
+  if (t.has("torque_between")) {
+    const auto between = t.choice("torque_between", {"held", "linear", "smooth"});
+    using Between = TrajectoryMap::TorqueBetween;
+    m.torque_between = between == "linear"   ? Between::linear
+                       : between == "smooth" ? Between::smooth
+                                             : Between::held;
+  }
   return m;
 }
 

@@ -20,7 +20,8 @@ struct TrajectoryMap {
       false;  ///< velocities of free bases along the base's own axes, not the world's
   bool angular_in_world =
       false;  ///< rates of free bases along the world's axes, not the base's own
-  bool torque_is_linear = false;  ///< between records, not held
+  /// How a torque goes from row to row; smooth: its slopes are those of neighbouring rows.
+  enum class TorqueBetween { held, linear, smooth } torque_between = TorqueBetween::held;
 };
 
 /// @throws InvalidArgument as read_scene(), for [columns]

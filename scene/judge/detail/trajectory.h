@@ -61,8 +61,11 @@ class Trajectory {
   /// Of the joints [rad].
   double largest_angle() const;
 
-  /// Works of the torques from row i - 1 to row i [J].
-  void works(size_t i, double h, std::span<double> to) const;
+  /// Works of the torques from row i - 1 to row i [J], as the map says they go between rows.
+  void works(const Numbers& t, size_t i, std::span<double> to) const;
+  using Between = TrajectoryMap::TorqueBetween;
+  /// Of all torques, from each row before it to the rows of that stride [J]. After all rows.
+  Numbers works_over(const Numbers& t, Between between, size_t stride) const;
 
  private:
   struct Columns {
@@ -80,6 +83,7 @@ class Trajectory {
   Agreement agreement_of_attitude(const Columns& k, const Numbers& t) const;
   /// Displacement of a joint of one degree of freedom from row i - 1 to row i, turns included.
   double distance(const Columns& k, size_t i, double h) const;
+  double work(const Columns& k, const Numbers& t, size_t from, size_t to, Between between) const;
 
   const TrajectoryTable& table_;
   const TrajectoryMap& map_;

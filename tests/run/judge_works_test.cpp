@@ -1,0 +1,99 @@
+// `porthos judge`: works of torques and dampers between rows. What the rows leave unknown of them is
+// no drift.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "scene/judge/judge_file.h"
+#include "tests/run/scenes.h"
+
+namespace porthos::test::judge_works_test {
+namespace {
+
+constexpr double inertia = 0.7, duration = 12;
+
+/// A rotor that turns by 2 t + sin(3 t)/2 under the torque that this takes, in closed form.
+class JudgeWorks : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    write_bytes(folder_ / "rotor.urdf",
+                "<robot name='rotor'><link name='ground'/><link name='disk'><inertial><mass "
+                "value='1'/><inertia ixx='0.7' iyy='0.7' izz='0.7' ixy='0' ixz='0' "
+                "iyz='0'/></inertial></link><joint name='hinge' type='continuous'><parent "
+                "link='ground'/><child link='disk'/><axis xyz='0 0 1'/></joint></robot>");
+  }
+  /// @param drift  energy that the rotor has more at the end than its torque gave [J]
+  scene::RunReport judged(const std::string& between, double h, double drift = 0,
+                          const std::string& element = "", double damping = 0) {
+    std::string text = "t,hinge,v.hinge,tau\n";
+    for (int i = 0; i <= std::lround(duration / h); ++i) {
+      const double t = h * i, v = 2 + 1.5 * std::cos(3 * t);
+      text += fmt::format("{},{},{},{}\n", t, 2 * t + 0.5 * std::sin(3 * t),
+                          std::sqrt(v * v + 2 * drift * t / duration / inertia),
+                          -4.5 * inertia * std::sin(3 * t) + damping * v);
+    }
+    write_bytes(folder_ / "rotor.csv", text);
+    write_bytes(folder_ / "map.toml", "[model]\nbase = \"fixed\"\n" + element +
+                                          "[columns]\ntorque_between = \"" + between +
+                                          "\"\n[columns.torque]\nhinge = \"tau\"\n" +
+                                          "[verify]\nenergy = 1e-9\n");
+    fs::remove_all(folder_ / "out");
+    return scene::judge_file({(folder_ / "rotor.csv").string(), (folder_ / "rotor.urdf").string(),
+                              (folder_ / "map.toml").string(), (folder_ / "out").string()});
+  }
+  TemporaryFolder folder_;
+};
+
+bool notes_say(const scene::RunReport& r, const std::string& part) {
+  return std::ranges::any_of(r.notes, [&](const auto& n) { return says(n, part); });
+}
+
+TEST_F(JudgeWorks, WhatLinesThroughATorqueLeaveIsNoDrift) {
+  for (const double h : {0.01, 0.005}) {
+    const auto right = judged("linear", h);
+    const double left = right.energy.max_abs_error_J;
+    EXPECT_FALSE(right.energy.drift_is_significant);
+    EXPECT_EQ(right.verdict(), scene::Verdict::not_judged);
+    EXPECT_TRUE(notes_say(right, "within 3 times that and tells no drift"));
+    EXPECT_TRUE(std::ranges::any_of(right.not_applicable, [](const auto& n) {
+      return n.name == "energy" &&
+             says(n.why, "expected more rows, or torque_between = \"smooth\"");
+    }));
+    const auto wrong = judged("linear", h, 10 * left);
+    breaks(fmt::format("drift of ten times what rows of {} s leave [J]", h),
+           wrong.energy.max_abs_error_J, 3 * left);
+    EXPECT_TRUE(wrong.energy.drift_is_significant);
+    EXPECT_EQ(wrong.verdict(), scene::Verdict::fail);
+    EXPECT_FALSE(notes_say(wrong, "tells no drift"));
+  }
+}
+
+TEST_F(JudgeWorks, SmoothTorquesHaveOrderFour) {
+  const double coarse = judged("smooth", 0.02).energy.max_rel_error;
+  const auto fine = judged("smooth", 0.01), finest = judged("smooth", 0.0025);
+  keeps("smooth torque, rows of 10 ms", fine.energy.max_rel_error, 1e-7);
+  keeps("its order is 4: log2 of the ratio, off by",
+        std::fabs(std::log2(coarse / fine.energy.max_rel_error) - 4), 0.3);
+  EXPECT_TRUE(finest.passed()) << finest.energy.max_rel_error;
+  breaks("the same by lines", judged("linear", 0.01).energy.max_rel_error, 1e-7);
+}
+
+TEST_F(JudgeWorks, AnotherWayBetweenRowsThatFitsIsTold) {
+  const auto held = judged("held", 0.005);
+  EXPECT_EQ(held.verdict(), scene::Verdict::fail) << "a held torque is taken at its word";
+  EXPECT_TRUE(notes_say(held, "with torque_between = \"smooth\" the error of the energy is"));
+  EXPECT_FALSE(notes_say(judged("smooth", 0.0025), "with torque_between")) << "control";
+}
+
+TEST_F(JudgeWorks, DampersOfTheModelLikewise) {
+  const std::string damper = "[[element]]\ntype = \"damper\"\njoint = \"hinge\"\ndamping = 0.2\n";
+  const auto right = judged("smooth", 0.01, 0, damper, 0.2);
+  EXPECT_FALSE(right.energy.drift_is_significant);
+  EXPECT_NE(right.verdict(), scene::Verdict::fail);
+  EXPECT_EQ(judged("smooth", 0.01, 0.1, damper, 0.2).verdict(), scene::Verdict::fail) << "control";
+}
+
+}  // namespace
+}  // namespace porthos::test::judge_works_test
