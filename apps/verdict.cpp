@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "scene/files/text_table.h"
+#include "scene/judge/judge_file.h"
 #include "scene/run/verdict.h"
 
 namespace porthos::apps {
@@ -27,7 +29,17 @@ std::string checks_text(const RunReport& r) {
   return scene::aligned(rows);
 }
 
-std::string growth_text(const scene::EnergyReport& e, double time) {
+/// Why the growth of the error is not known.
+std::string unknown_growth(const RunReport& r) {
+  return std::ranges::any_of(r.notes,
+                             [](const auto& n) { return n.starts_with(scene::unequal_rows); })
+             ? std::string(scene::unequal_rows) + ": how the error grows is not told"
+             : "too few records or swings to tell how the error grows";
+}
+
+std::string growth_text(const RunReport& r) {
+  const auto& e = r.energy;
+  const double time = r.simulated_s;
   const double floor = std::numeric_limits<double>::epsilon();
   const char* significance =
       !e.drift_is_significant        ? "not significant"
@@ -38,8 +50,7 @@ std::string growth_text(const scene::EnergyReport& e, double time) {
   std::string drift = fmt::format("drift {:.2g} per s, {}", e.drift_per_s, significance);
   if (e.swings_grow()) drift += fmt::format("; its swings grow {:.2g}-fold", e.swing_growth);
   if (!std::isfinite(e.growth_exponent))
-    return "too few records or swings to tell how the error grows" +
-           (e.drift_is_significant || e.swings_grow() ? ", " + drift : "");
+    return unknown_growth(r) + (e.drift_is_significant || e.swings_grow() ? ", " + drift : "");
   return fmt::format("growth exponent {:.2f} (0.5 random walk, 1 drift or faster), {}",
                      e.growth_exponent, drift);
 }
@@ -63,7 +74,7 @@ std::string energy_text(const RunReport& r) {
          fmt::format(
              "            relative to {:.4g} J ({}), seen at {} records and {} steps between\n",
              e.scale_J, scale.empty() ? "no energy stored" : scale, r.records, r.looks) +
-         "            " + growth_text(e, r.simulated_s);
+         "            " + growth_text(r);
 }
 
 /// Three ledgers, never one total.
@@ -149,7 +160,7 @@ std::string verdict_text(const RunReport& r, const std::string& out, bool has_pa
   if (!r.momentum.empty()) text += momentum_text(r) + "\n";
   if (!r.impulses.rows.empty()) text += impulses_text(r) + "\n";
   text += "energy      " + energy_text(r) + "\n";
-  text += "cost        " + cost_text(r) + "\n";
+  if (r.method != "recorded") text += "cost        " + cost_text(r) + "\n";  // the judge's own
   const std::string pictures = std::string("run.h5, energy_error.svg, ledger.svg, motion.svg") +
                                (r.space ? ", ledgers.svg" : "");
   const char* page = has_page ? ", report.html" : "";

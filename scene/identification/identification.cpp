@@ -9,6 +9,7 @@
 #include "phs/system/linearised.h"
 #include "scene/identification/detail/least_squares.h"
 #include "scene/identification/detail/output_error.h"
+#include "scene/judge/trajectory_table.h"
 #include "scene/sensitivity/differentiable.h"
 
 namespace porthos::scene {
@@ -112,6 +113,26 @@ void add_notes(Identification& r, const Scene& scene, const Log& log, const std:
     r.notes.push_back("found.toml names files relative to the folder of the scene: copy it there");
 }
 
+/// Why the values are not found though the iteration came to its end: the run is no nearer to the log
+/// than before, or angles are in degrees. Empty: they are found.
+std::string why_not_found(const Identification& r, const Log& log, const Eigen::VectorXd& before,
+                          const Eigen::VectorXd& after) {
+  constexpr double digits = 1e-6, lost = 0.5;  // lost: an angle that the run does not follow [rad]
+  const double from = before.squaredNorm(), to = after.squaredNorm();
+  double angle = 0;
+  for (size_t i = 0; i < log.columns.size(); ++i)
+    if (log.columns[i].of.wraps && r.columns[i].after > lost)
+      for (const double q : log.columns[i].values) angle = std::max(angle, std::fabs(q));
+  const std::string question = ask_about_degrees(angle);
+  const bool disagrees = r.noise_known() && r.surprise() > 3;
+  const bool no_nearer = to > (1 + digits) * from || (disagrees && to > (1 - digits) * from);
+  if (!no_nearer) return question.empty() ? "" : "the log is not told by the run: " + question;
+  return fmt::format(
+      "nothing is found: rms of (run - log)/sigma {:.4g} before, {:.4g} after: {}",
+      std::sqrt(from / double(before.size())), std::sqrt(to / double(after.size())),
+      question.empty() ? "expected start values nearer to the log, or other parameters" : question);
+}
+
 /// Identification::step_error, from a run with half the step.
 double step_error(Scene scene, const Unknowns& unknowns, const Log& log, const Fit& fit,
                   const std::atomic<bool>* stop) {
@@ -205,6 +226,10 @@ Identification identify(Scene scene, const Assembly& assembly, const Log& log,
   add_uncertainty(r, fit, unknowns);
   add_agreement(r, before, fit.r, log);
   add_notes(r, scene, log, fit.at_edge ? error.why() : "");
+  if (const auto why = why_not_found(r, log, before, fit.r); !why.empty()) {
+    r.notes.insert(r.notes.begin(), why);
+    r.converged = false;
+  }
   r.scene = unknowns.text(fit.z);
   return r;
 }

@@ -67,6 +67,7 @@ struct Identification {
   double step_error = 0;
   int iterations = 0, runs = 0, runs_with_tangents = 0, refused = 0;
   std::vector<std::vector<double>> iterates;  ///< values of every accepted step, the start first
+  /// Whether the fit came to its end, nearer to the log than the start; a note says why not.
   bool converged = false;
   std::string failure;  ///< of the run from the scene's values; then nothing is found
   std::vector<std::string> notes;

@@ -11,16 +11,27 @@
 namespace porthos::scene {
 namespace {
 
-/// How a file may call a number: as a run does, or as run.h5.
-std::vector<std::string> names_in_files(const std::string& name) {
+/// How files call a number: as porthos identify, run.h5 and its export, and porthos judge do.
+std::vector<std::string> names_in_files(const TrajectoryTable& file, const std::string& name) {
   std::vector<std::string> all{name, "output/" + name};
   const auto dot = name.rfind('.');
   if (dot == std::string::npos) return all;
   const std::string first = name.substr(0, dot), last = name.substr(dot + 1);
-  if (last == "position") all.push_back("state/" + first);
-  const auto three = component_suffixes(3);
-  for (size_t k = 0; k < three.size(); ++k)
-    if (last == three[k]) all.push_back(fmt::format("output/{}[{}]", first, k));
+  if (last == "position")
+    for (const char* of : {"state/", "", "q."}) all.push_back(of + first);
+  if (last == "velocity") all.push_back("v." + first);
+  const auto add = [&](const std::string& vector) {
+    for (const size_t n : {3, 4, 6}) {
+      const auto ends = component_suffixes(n);
+      if (const auto at = std::ranges::find(ends, last); at != ends.end())
+        all.push_back(file.spelled(vector, n)[size_t(at - ends.begin())]);
+    }
+  };
+  for (const char* of : {"", "output/", "state/", "q."}) add(of + first);
+  for (const auto& [rate, of] :
+       {std::pair{".linear_velocity", ".position"}, std::pair{".angular_velocity", ".attitude"}})
+    if (first.ends_with(rate))
+      add("v." + first.substr(0, first.size() - std::string(rate).size()) + of);
   return all;
 }
 
@@ -94,8 +105,10 @@ Log read_log(const std::string& path, const LogNoise& noise, const Scene& scene,
   check_times(log, [&](size_t i) { return file.at(i); });
   const auto all = observable(scene, assembly);
   for (const Observed& o : all)
-    for (const auto& name : names_in_files(o.name)) {
-      if (!file.has(name)) continue;
+    for (const auto& name : names_in_files(file, o.name)) {
+      const bool is_other =
+          name != o.name && std::ranges::find(all, name, &Observed::name) != all.end();
+      if (is_other || !file.has(name)) continue;
       log.columns.push_back({o, 0, take(name)});
       break;
     }

@@ -33,8 +33,8 @@ struct LogNoise {
 using NamedColumns = std::map<std::string, std::vector<double>>;
 
 /// Reads a log: CSV with names in its first line, or HDF5. Time is "time" or "t" [s]. Columns are
-/// called as observable() says; of run.h5 "output/tip[0]" is "tip.x" and "state/joint_1" the
-/// position of joint_1.
+/// called as observable() says, or as run.h5 and its export ("output/tip[0]", "state/joint_1",
+/// "state/base.position.0") or porthos judge ("joint_1", "v.joint_1", "v.base.position[0]") do.
 /// @throws InvalidArgument with file and line: no time, times that do not increase or begin before
 ///   0, no column that a run has, a value that is no number; a noise that is no positive number, of
 ///   no column or of some columns only; columns of several units without a noise

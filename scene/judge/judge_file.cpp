@@ -93,7 +93,31 @@ Scene recorded_scene(const JudgeOptions& o, const TrajectoryTable& table, const 
     for (auto* limit : {&scene.verify.linear_momentum, &scene.verify.angular_momentum,
                         &scene.verify.quaternion_norm})
       if (!*limit) *limit = scene.verify.energy;
+  if (!scene.constraints.empty() && !scene.verify.constraints)
+    scene.verify.constraints = scene.verify.energy;
   return scene;
+}
+
+/// The model of the trajectory. Its loops are closed near the joints' positions of the first row,
+/// so that each has the branch of the trajectory.
+Assembly assemble_near_first_row(Scene scene, const TrajectoryTable& table,
+                                 const TrajectoryMap& map) {
+  if (!scene.constraints.empty()) {
+    Scene open = scene;
+    open.constraints = {};
+    const Assembly tree = assemble(open);
+    const phs::Description& d = tree.mechanical->description();
+    const auto q = phs::with_turns(d, Trajectory(table, map, tree).row(d, 0, 0, false).world);
+    for (const auto& c : tree.mechanism->coordinates())
+      if (c.nq == 1) scene.joints[c.name].position = q[size_t(c.q)];
+  }
+  Assembly a = assemble(scene);
+  if (a.model->description().nx != a.mechanical->description().nx)
+    throw InvalidArgument(fmt::format(
+        "{}: the model has states besides positions and momenta, which a trajectory of q and v "
+        "does not tell",
+        map.path));
+  return a;
 }
 
 /// The velocity of the centre of mass beside that of free fall.
@@ -167,20 +191,21 @@ void check_rates(RunReport& r, const std::vector<Trajectory::Agreement>& all) {
         name, worst.value, worst.limit));
 }
 
-void ask_about_degrees(RunReport& r, double largest_angle) {
-  if (largest_angle > 4 * M_PI)
-    r.notes.push_back(
-        fmt::format("joints turn to {:.4g} rad, more than two turns: are angles and rates in "
-                    "degrees? expected radians",
-                    largest_angle));
-}
-
 /// What stands in the file but is not used, and what was not stated.
 void note_what_is_left(RunReport& r, const JudgeOptions& o, const TrajectoryTable& table,
                        const TrajectoryMap& map, const Scene& scene) {
   if (const auto unused = table.unused(); !unused.empty())
     r.notes.push_back(
         fmt::format("columns of {} that were not used: {}", o.file, fmt::join(unused, ", ")));
+  if (scene.urdf.base == mechanics::UrdfOptions::Base::fixed)
+    for (const auto& name : table.names())
+      if (name.starts_with("base.") || name.find("/base.") != name.npos) {
+        r.notes.push_back(fmt::format(
+            "{} has the column '{}', but the base is judged as fixed: expected [model] base = "
+            "\"free\" of the map, if it moves",
+            o.file, name));
+        break;
+      }
   const auto& g = scene.urdf.gravity;
   if (dot(g, g) == 0 && !has_base(table, map))
     r.notes.push_back("judged without gravity: [environment] of the map states it");
@@ -193,9 +218,9 @@ void note_unequal_rows(RunReport& r, const Numbers& t, double step) {
   size_t unequal = 0;
   for (size_t i = 1; i < t.size(); ++i) unequal += !follows(t[i] - t[i - 1], step);
   if (2 * unequal > t.size())
-    r.notes.push_back(
-        "the rows are at unequal intervals, and how the error grows is told of equal ones only: "
-        "expected rows that are written at equal intervals");
+    r.notes.push_back(std::string(unequal_rows) +
+                      ", and how the error grows is told of equal ones only: expected rows that "
+                      "are written at equal intervals");
 }
 
 }  // namespace
@@ -207,12 +232,7 @@ RunReport judge_file(const JudgeOptions& o) {
   const Numbers t = times_of_rows(table, map);
   const double step = middle_step(t);
   const Scene scene = recorded_scene(o, table, map, step, t.back() - t[0]);
-  Assembly a = assemble(scene);
-  if (a.model->description().nx != a.mechanical->description().nx)
-    throw InvalidArgument(fmt::format(
-        "{}: the model has states besides positions and momenta, which a trajectory of q and v "
-        "does not tell",
-        map.path));
+  Assembly a = assemble_near_first_row(scene, table, map);
   Trajectory trajectory(table, map, a);
   OwnPowers own(*a.model);
   const size_t powers = a.model->description().powers.size();
@@ -271,7 +291,9 @@ RunReport judge_file(const JudgeOptions& o) {
   judge(r, scene, method, meter);
   judge_works(r, trajectory, map.torque_between, {t, own.net(), errors});
   check_rates(r, trajectory.agreements(t));
-  if (!r.passed()) ask_about_degrees(r, trajectory.largest_angle());
+  if (const auto question = ask_about_degrees(trajectory.largest_angle());
+      !r.passed() && !question.empty())
+    r.notes.push_back(question);
   if (centre_out) {
     course.check(r, scene);
     a.centre.reset();  // the records are in the world frame

@@ -28,19 +28,19 @@ class Finder {
     const auto given = mapped.find(c.name);
     if (given == mapped.end()) {
       for (const auto& name : usual(kind, c.name))
-        if (there(name, numbers)) return series(spread(name, numbers));
+        if (there(name, numbers)) return series(table_.spelled(name, size_t(numbers)));
       return {};
     }
     const std::string key = fmt::format("{}.{}", kind, c.name);
     auto names = given->second;
-    if (names.size() == 1 && numbers > 1) names = spread(names[0], numbers);
+    if (names.size() == 1 && numbers > 1) names = table_.spelled(names[0], size_t(numbers));
     if (names.size() != size_t(numbers))
       throw InvalidArgument(fmt::format("{}: columns.{} has {} columns, expected {}",
                                         map_.where.at(key), key, names.size(), numbers));
     return series(names);
   }
   bool has_base() const {
-    if (!map_.text.empty()) return map_.q.count("base.position") > 0;
+    if (map_.q.count("base.position") > 0) return true;
     for (const auto& name : usual("q", "base.position"))
       if (there(name, 3)) return true;
     return false;
@@ -52,14 +52,8 @@ class Finder {
     if (kind == "p") return {"p." + name, "momentum/" + name};
     return {kind + "." + name, kind + "/" + name};
   }
-  static std::vector<std::string> spread(const std::string& name, int numbers) {
-    if (numbers == 1) return {name};
-    std::vector<std::string> all;
-    for (int k = 0; k < numbers; ++k) all.push_back(fmt::format("{}[{}]", name, k));
-    return all;
-  }
   bool there(const std::string& name, int numbers) const {
-    return table_.has(spread(name, numbers)[0]);
+    return table_.has(table_.spelled(name, size_t(numbers))[0]);
   }
   std::vector<Numbers> series(const std::vector<std::string>& names) const {
     std::vector<Numbers> all;

@@ -8,6 +8,7 @@
 
 #include "phs/error.h"
 #include "scene/files/files.h"
+#include "scene/read/output.h"
 #include "scene/read/toml_table-inl.h"
 
 namespace porthos::scene {
@@ -42,6 +43,20 @@ void TrajectoryTable::read_hdf5() {
 
 bool TrajectoryTable::has(const std::string& column) const {
   return csv_ ? csv_->has(column) : columns_.count(column) > 0;
+}
+
+std::vector<std::string> TrajectoryTable::spelled(const std::string& name,
+                                                  std::size_t numbers) const {
+  if (numbers == 1) return {name};
+  std::vector<std::string> bracketed, dotted, lettered = component_suffixes(numbers);
+  for (std::size_t k = 0; k < numbers; ++k) {
+    bracketed.push_back(fmt::format("{}[{}]", name, k));
+    dotted.push_back(fmt::format("{}.{}", name, k));
+  }
+  for (auto& letter : lettered) letter = name + "." + letter;
+  for (const auto& spelling : {dotted, lettered})
+    if (!spelling.empty() && has(spelling[0])) return spelling;
+  return bracketed;
 }
 
 std::vector<std::string> TrajectoryTable::names() const {
@@ -84,6 +99,14 @@ std::vector<double> TrajectoryTable::column(const std::string& name) const {
 
 std::string TrajectoryTable::at(std::size_t row) const {
   return csv_ ? csv_->at(row) : fmt::format("{}: row {}", path_.string(), row);
+}
+
+std::string ask_about_degrees(double largest_angle) {
+  if (!(largest_angle > 4 * M_PI)) return "";
+  return fmt::format(
+      "joints turn to {:.4g} rad, more than two turns: are angles and rates in degrees? expected "
+      "radians",
+      largest_angle);
 }
 
 }  // namespace porthos::scene

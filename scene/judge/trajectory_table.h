@@ -23,6 +23,9 @@ class TrajectoryTable {
 
   std::size_t rows() const { return rows_; }
   bool has(const std::string& column) const;
+  /// The names of the columns of a vector, as the file spells them: "name[0]", "name.0" as
+  /// porthos export does, or "name.x" and, of a quaternion, "name.w". Of one number: the name.
+  std::vector<std::string> spelled(const std::string& name, std::size_t numbers) const;
   /// The names of its columns, sorted.
   std::vector<std::string> names() const;
   /// @throws InvalidArgument for a missing column (names the nearest one), and with file and line
@@ -47,5 +50,8 @@ class TrajectoryTable {
   std::map<std::string, Column> columns_;  ///< of HDF5
   std::unique_ptr<Hdf5Reader> hdf5_;
 };
+
+/// What to ask of angles that disagree with the motion and are more than two turns; otherwise empty.
+std::string ask_about_degrees(double largest_angle);
 
 }  // namespace porthos::scene

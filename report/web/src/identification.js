@@ -10,8 +10,8 @@ export function found(d) {
   const r = d.identification;
   if (!r) return null;
   const untold = r.parameters.filter((p) => !(p.deviation > 0)).length, all = r.parameters.length;
-  const words = !r.converged ? "The iteration did not converge" : untold ? `The log does not tell ${untold} of ${all} parameters` : `${all === 1 ? "The parameter is" : `All ${all} parameters are`} told by the log`;
-  const state = !r.converged ? ["fail", "Not converged"] : untold ? ["open", "In part"] : ["pass", "Found"];
+  const words = !r.converged ? "The fit came to no end, or is no nearer to the log than the start: see the notes" : untold ? `The log does not tell ${untold} of ${all} parameters` : `${all === 1 ? "The parameter is" : `All ${all} parameters are`} told by the log`;
+  const state = !r.converged ? ["fail", "Not found"] : untold ? ["open", "In part"] : ["pass", "Found"];
   return section("found", "Parameters",
     h("div", { class: "verdict" }, h("span", { class: `badge ${state[0]}` }, state[1]), h("p", {}, `${words}.`)),
     card(table(["Parameter", "start", "found", "1 σ", "unit", "moved by"],

@@ -38,12 +38,12 @@ function jumpTime(series) {
 }
 
 /** How an energy error grows. Its exponent says "rounding" only of errors of the size of rounding, a few units of it times √steps. */
-export function growthWords(e, steps, series, recorded = false) {
+export function growthWords(e, steps, series, recorded = false, unequal = false) {
   const g = e.growth_exponent, unit = 2 ** -52, rounding = e.max_rel_error <= 4 * unit * Math.sqrt(Math.max(1, steps));
   if (!(e.max_rel_error < Infinity)) return "is not a finite number";
   if (e.max_rel_error < unit) return "is below one rounding of a double";
   const drifts = `by ${number(e.drift_per_s)} per second`;
-  if (g === null) return e.drift_is_significant && !rounding ? `drifts ${drifts}` : "has too few records or swings to tell how it grows";
+  if (g === null) return e.drift_is_significant && !rounding ? `drifts ${drifts}` : unequal ? "is known at unequal intervals, which do not tell how it grows" : "has too few records or swings to tell how it grows";
   const swings = e.swing_growth >= 2 && !rounding ? `swings, and its swings grow ${number(e.swing_growth)}-fold over the run` : "";
   const jump = rounding ? null : jumpTime(series), exponent = ` (exponent ${g.toFixed(2)})`;
   if (jump !== null) return `jumps at about ${duration(jump)}: the motion is not resolved there`;
@@ -67,7 +67,7 @@ export function verdict(d) {
   const tile = (value, text) => h("div", { class: "tile" }, h("b", {}, value), h("span", {}, text));
   return section("verdict", "Verdict",
     h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : open ? "open" : "fail"}` }, pass ? "Pass" : open ? "Not judged" : "Fail"),
-      h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, `The energy error ${growthWords(s.energy, s.steps, d.series, s.method === "recorded")}.`))),
+      h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, `The energy error ${growthWords(s.energy, s.steps, d.series, s.method === "recorded", s.notes.some((n) => n.startsWith("the rows are at unequal intervals")))}.`))),
     s.checks.length + none.length ? card(table(["check", "", "value", "limit", "against the limit"],
       [...s.checks.map((c) => c.name === "outcome" ? [names.outcome, h("span", { class: "word fail" }, "✗ fail"), "no", "–", ""] : [names[c.name] || c.name.replaceAll("_", " "), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail"), number(c.value), number(c.limit), room(c)]),
         ...none.map((n) => [names[n.name] || n.name.replaceAll("_", " "), h("span", { class: "soft" }, "not applicable"), "–", "–", h("span", { class: "soft" }, n.why)])], ["", "", "n", "n", ""])) : "",
@@ -75,7 +75,7 @@ export function verdict(d) {
       tile(number(s.energy.max_rel_error), "largest energy error, relative"),
       tile(`${number(s.energy.initial_J, 6)} J`, "energy at the start"),
       tile(duration(s.simulated_s), `simulated, ${grouped(s.steps)} steps`),
-      tile(duration(s.cpu_s), `CPU, ${perStep > 0 ? `${number(1e6 * perStep)} µs a step` : "–"}`),
+      s.method === "recorded" ? "" : tile(duration(s.cpu_s), `CPU, ${perStep > 0 ? `${number(1e6 * perStep)} µs a step` : "–"}`),
       tile(grouped(s.records), "records")));
 }
 
