@@ -63,8 +63,8 @@ class Result(Judged):
         lines.append(f"energy   start {short(e['initial_J'])} J, error max {short(e['max_abs_error_J'])} J"
                      f" = {short(e['max_rel_error'])} relative to {short(e['scale_J'])} J")
         unequal = any(n.startswith("the rows are at unequal intervals") for n in self.notes)
-        grows = (("the rows are at unequal intervals: how the error grows is not told" if unequal else "too few records or swings to tell how the error grows")
-                 if e["growth_exponent"] is None else f"growth exponent {e['growth_exponent']:.2f} (0.5 random walk, 1 drift or faster)")
+        unknown = "the rows are at unequal intervals: how the error grows is not told" if unequal else "too few records or swings to tell how the error grows"
+        grows = unknown if e["growth_exponent"] is None else f"growth exponent {e['growth_exponent']:.2f} (0.5 random walk, 1 drift or faster)"
         swings = f"; its swings grow {short(e['swing_growth'])}-fold" if e.get("swing_growth", 1) >= 2 else ""
         lines.append(f"         {grows}, drift {short(e['drift_per_s'])} per s, {'' if e['drift_is_significant'] else 'not '}significant{swings}")
         lines += [f"note     {n}" for n in self.notes]

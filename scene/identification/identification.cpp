@@ -113,8 +113,8 @@ void add_notes(Identification& r, const Scene& scene, const Log& log, const std:
     r.notes.push_back("found.toml names files relative to the folder of the scene: copy it there");
 }
 
-/// Why the values are not found though the iteration came to its end: the run is no nearer to the log
-/// than before, or angles are in degrees. Empty: they are found.
+/// Why the values are not found though the iteration came to its end: the run is no nearer to the
+/// log than before, or angles are in degrees. Empty: they are found.
 std::string why_not_found(const Identification& r, const Log& log, const Eigen::VectorXd& before,
                           const Eigen::VectorXd& after) {
   constexpr double digits = 1e-6, lost = 0.5;  // lost: an angle that the run does not follow [rad]

@@ -12,7 +12,8 @@ namespace porthos::scene {
 namespace {
 
 /// How files call a number: as porthos identify, run.h5 and its export, and porthos judge do.
-std::vector<std::string> names_in_files(const TrajectoryTable& file, const std::string& name) {
+std::vector<std::string> names_in_files(const TrajectoryTable& file, const std::string& name,
+                                        const std::vector<Observed>& known) {
   std::vector<std::string> all{name, "output/" + name};
   const auto dot = name.rfind('.');
   if (dot == std::string::npos) return all;
@@ -20,13 +21,12 @@ std::vector<std::string> names_in_files(const TrajectoryTable& file, const std::
   if (last == "position")
     for (const char* of : {"state/", "", "q."}) all.push_back(of + first);
   if (last == "velocity") all.push_back("v." + first);
-  const auto add = [&](const std::string& vector) {
-    for (const size_t n : {3, 4, 6}) {
-      const auto ends = component_suffixes(n);
-      if (const auto at = std::ranges::find(ends, last); at != ends.end())
-        all.push_back(file.spelled(vector, n)[size_t(at - ends.begin())]);
-    }
-  };
+  const auto n = size_t(std::ranges::count_if(
+      known, [&](const Observed& o) { return o.name.substr(0, o.name.rfind('.')) == first; }));
+  const auto ends = component_suffixes(n);
+  const auto at = size_t(std::ranges::find(ends, last) - ends.begin());
+  if (at == ends.size()) return all;
+  const auto add = [&](const std::string& vector) { all.push_back(file.spelled(vector, n)[at]); };
   for (const char* of : {"", "output/", "state/", "q."}) add(of + first);
   for (const auto& [rate, of] :
        {std::pair{".linear_velocity", ".position"}, std::pair{".angular_velocity", ".attitude"}})
@@ -105,7 +105,7 @@ Log read_log(const std::string& path, const LogNoise& noise, const Scene& scene,
   check_times(log, [&](size_t i) { return file.at(i); });
   const auto all = observable(scene, assembly);
   for (const Observed& o : all)
-    for (const auto& name : names_in_files(file, o.name)) {
+    for (const auto& name : names_in_files(file, o.name, all)) {
       const bool is_other =
           name != o.name && std::ranges::find(all, name, &Observed::name) != all.end();
       if (is_other || !file.has(name)) continue;

@@ -51,7 +51,7 @@ class TrajectoryTable {
   std::unique_ptr<Hdf5Reader> hdf5_;
 };
 
-/// What to ask of angles that disagree with the motion and are more than two turns; otherwise empty.
+/// What to ask of angles [rad] that disagree with a motion. Empty up to two turns.
 std::string ask_about_degrees(double largest_angle);
 
 }  // namespace porthos::scene

@@ -389,6 +389,22 @@ TEST_F(Cli, ARunThatEndedEarlySaysSoInWords) {
   for (const char* raw : {"nan", "inf ", "outcome"}) EXPECT_FALSE(contains(a.out, raw)) << a.out;
 }
 
+/// A trajectory's rows: at rest, at equal intervals or not. What it costs to judge it is nobody's.
+TEST_F(Cli, JudgeSaysWhyTheGrowthIsNotKnown) {
+  const auto judged = [&](int bend) {
+    std::string csv = "t,hinge,v.hinge\n";
+    for (int i = 0; i < 9; ++i) csv += std::to_string(i + bend * i * i) + ",0.1,0\n";
+    write("rows.csv", csv);
+    return porthos("judge rows.csv --model swing/pendulum.urdf --no-report --out judged").out;
+  };
+  const std::string unequal = judged(1), equal = judged(0);
+  const char* const why = "the rows are at unequal intervals: how the error grows is not told";
+  const char* const few = "too few records or swings to tell";
+  EXPECT_TRUE(contains(unequal, why) && !contains(unequal, few)) << unequal;
+  EXPECT_TRUE(contains(equal, few) && !contains(equal, why)) << equal;
+  for (const auto& out : {unequal, equal}) EXPECT_FALSE(contains(out, "us per step")) << out;
+}
+
 TEST_F(Cli, CompareEndsWithAdviceAndFillsItsFolder) {
   const Answer a = porthos("compare swing/scene.toml --methods gauss8,rk4,cvode_adams --budget 3");
   EXPECT_EQ(a.code, 0) << a.err;

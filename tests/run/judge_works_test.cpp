@@ -1,5 +1,5 @@
-// `porthos judge`: works of torques and dampers between rows. What the rows leave unknown of them is
-// no drift.
+// `porthos judge`: works of torques and dampers between rows. What the rows leave unknown of them
+// is no drift.
 #include <fmt/format.h>
 
 #include <algorithm>

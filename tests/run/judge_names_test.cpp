@@ -1,0 +1,122 @@
+// `porthos judge`: what porthos export writes is read, as are other spellings of vectors; the base,
+// and the loops of a map.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <regex>
+
+#include "scene/judge/judge_file.h"
+#include "scene/session/export.h"
+#include "tests/run/scenes.h"
+
+namespace porthos::test::judge_names_test {
+namespace {
+
+bool has_check(const scene::RunReport& r, const std::string& name) {
+  return std::ranges::any_of(r.checks, [&](const auto& c) { return c.name == name; });
+}
+bool notes_say(const scene::RunReport& r, const std::string& part) {
+  return std::ranges::any_of(r.notes, [&](const auto& n) { return says(n, part); });
+}
+
+class JudgeNames : public ::testing::Test {
+ protected:
+  scene::RunReport judge(const std::string& csv, const std::string& map = "") {
+    write_bytes(folder_ / "run.csv", csv);
+    if (!map.empty()) write_bytes(folder_ / "map.toml", map);
+    fs::remove_all(folder_ / "judged");
+    return scene::judge_file({(folder_ / "run.csv").string(), (folder_ / "model.urdf").string(),
+                              map.empty() ? "" : (folder_ / "map.toml").string(),
+                              (folder_ / "judged").string()});
+  }
+  /// The table of a run of an arm that floats.
+  std::string exported() {
+    const Case c = floating_arm(folder_, 6);
+    (void)scene::run(c.scene, c.assembly, into(folder_ / "out"));
+    scene::export_csv(folder_ / "out", folder_ / "table.csv");
+    return read_bytes(folder_ / "table.csv");
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(JudgeNames, ExportsAreReadHoweverVectorsAreSpelled) {
+  const std::string table = exported();
+  const auto spelled = [&](const std::string& by_three, const std::string& by_four) {
+    const std::string numbers = "0123", head = table.substr(0, table.find('\n'));
+    std::string renamed = head;
+    for (size_t k = 0; k < 4; ++k) {
+      const auto put = [&](const std::string& of, char letter) {
+        const std::string end = letter == '[' ? fmt::format("[{}]", k) : fmt::format(".{}", letter);
+        renamed = std::regex_replace(
+            renamed, std::regex(fmt::format("(/base.{})\\.{} ", of, numbers[k])), "$1" + end + " ");
+      };
+      if (k < 3) put("position", by_three[k]);
+      put("attitude", by_four[k]);
+    }
+    return renamed + table.substr(head.size());
+  };
+  for (const auto& csv : {table, spelled("[[[", "[[[["), spelled("xyz", "wxyz")}) {
+    const auto r = judge(csv);
+    EXPECT_TRUE(r.passed()) << csv.substr(0, csv.find('\n'));
+    EXPECT_TRUE(has_check(r, "centre_of_mass")) << "a free base";
+    EXPECT_FALSE(notes_say(r, "state/base"));
+    keeps("energy of an exported run", r.energy.max_rel_error, 1e-13);
+  }
+  const auto wrong = judge(spelled("abc", "abcd"));
+  EXPECT_FALSE(wrong.passed());
+  EXPECT_FALSE(has_check(wrong, "centre_of_mass"));
+  breaks("energy without the base", wrong.energy.max_rel_error, 1e-13);
+}
+
+TEST_F(JudgeNames, ABaseInTheFileThatIsJudgedAsFixedIsTold) {
+  const std::string table = exported(), limits = "[verify]\nenergy = 1e-9\n";
+  const std::string told = "but the base is judged as fixed: expected [model] base = \"free\"";
+  const auto fixed = judge(table, "[model]\nbase = \"fixed\"\n" + limits);
+  EXPECT_TRUE(notes_say(fixed, told));
+  EXPECT_FALSE(fixed.passed());
+  const auto free = judge(table, limits);  // no [model]: the columns decide, as without a map
+  EXPECT_FALSE(notes_say(free, told));
+  EXPECT_TRUE(free.passed());
+}
+
+TEST_F(JudgeNames, UnequalRowsAreTheReason) {
+  const auto csv = [](double uneven) {
+    std::string text = "t,shoulder,elbow,v.shoulder,v.elbow\n";
+    for (int i = 0; i < 100; ++i)
+      text += fmt::format("{},0,0,0,0\n", 0.1 * i + uneven * std::sin(1.0 * i * i));
+    return text;
+  };
+  write_bytes(folder_ / "model.urdf", arm_urdf());
+  EXPECT_TRUE(notes_say(judge(csv(0.02)), scene::unequal_rows));
+  EXPECT_FALSE(notes_say(judge(csv(0)), scene::unequal_rows)) << "control";
+}
+
+/// The pin of a four-bar, which no start at zero could close.
+TEST_F(JudgeNames, LoopsOfAMapAreClosedNearTheFirstRow) {
+  const std::string example = PORTHOS_SOURCE_DIR "/examples/four_bar/";
+  auto s = scene::read_scene(example + "scene.toml");
+  s.duration = 3;
+  s.record_every = s.step;
+  (void)scene::run(s, scene::assemble(s), into(folder_ / "out"));
+  scene::export_csv(folder_ / "out", folder_ / "table.csv");
+  fs::copy_file(example + "four_bar.urdf", folder_ / "model.urdf");
+  const auto judged = [&](double at) {
+    return judge(
+        read_bytes(folder_ / "table.csv"),
+        fmt::format("[model]\nbase = \"fixed\"\n[environment]\ngravity = \"uniform\"\nvector = "
+                    "[0, -9.81, 0]\n[[loop]]\nname = \"pin\"\ntype = \"revolute\"\na = {{ link = "
+                    "\"coupler_rod\", position = [{}, 0, 0] }}\nb = {{ link = \"rocker_rod\", "
+                    "position = [1.25, 0, 0] }}\n[verify]\nenergy = 1e-11\n",
+                    at));
+  };
+  const auto right = judged(1.5), wrong = judged(1.45);
+  EXPECT_TRUE(right.passed());
+  keeps("gap of the pin in the rows [m]", right.constraint_gap, 1e-11);
+  keeps("energy of the four-bar", right.energy.max_rel_error, 1e-11);
+  EXPECT_FALSE(wrong.passed());
+  breaks("gap of a pin elsewhere [m]", wrong.constraint_gap, 1e-2);
+}
+
+}  // namespace
+}  // namespace porthos::test::judge_names_test
