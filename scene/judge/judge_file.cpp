@@ -102,6 +102,13 @@ Scene recorded_scene(const JudgeOptions& o, const TrajectoryTable& table, const 
 /// so that each has the branch of the trajectory.
 Assembly assemble_near_first_row(Scene scene, const TrajectoryTable& table,
                                  const TrajectoryMap& map) {
+  const auto& driven = scene.constraints.spec.driven;
+  if (!driven.empty())
+    throw InvalidArgument(fmt::format(
+        "{}: the motion '{}' does work that positions and rates do not tell, expected no "
+        "[[motion]] "
+        "and the torque of '{}' in [columns.torque]",
+        scene.constraints.where.at(driven[0].name), driven[0].name, driven[0].coordinate));
   if (!scene.constraints.empty()) {
     Scene open = scene;
     open.constraints = {};

@@ -118,5 +118,19 @@ TEST_F(JudgeNames, LoopsOfAMapAreClosedNearTheFirstRow) {
   breaks("gap of a pin elsewhere [m]", wrong.constraint_gap, 1e-2);
 }
 
+/// Its work is not in the file; the same joint without it is judged.
+TEST_F(JudgeNames, AMotionInTheMapIsRefused) {
+  const std::string table = exported(), model = "[model]\nbase = \"free\"\n";
+  const std::string said = refusal([&] {
+    judge(table, model +
+                     "[[motion]]\nname = \"drive\"\njoint = \"elbow\"\nsteady = { from = 0, "
+                     "rate = 1 }\n");
+  });
+  EXPECT_TRUE(says(said,
+                   "map.toml:3:1: the motion 'drive' does work that positions and rates do "
+                   "not tell, expected no [[motion]] and the torque of 'elbow'"));
+  EXPECT_EQ(refusal([&] { judge(table, model); }), "") << "control";
+}
+
 }  // namespace
 }  // namespace porthos::test::judge_names_test
