@@ -20,7 +20,8 @@ struct JudgeOptions {
 /// the balance with the work of the torques, as for a run of Porthos. run.h5 and summary.json are
 /// written into the folder.
 /// @throws InvalidArgument with file and line: a missing column, a value that is not a number, time
-/// that does not increase, a map that does not fit the model
+/// that does not increase, a map that does not fit the model, a loop that does not close near the
+/// first row
 RunReport judge_file(const JudgeOptions& options);
 
 }  // namespace porthos::scene

@@ -82,7 +82,7 @@ namespace {
 
 using Between = TrajectoryMap::TorqueBetween;
 
-const char* name_of(Between between) {
+const char* between_name(Between between) {
   return between == Between::held ? "held" : between == Between::linear ? "linear" : "smooth";
 }
 
@@ -146,11 +146,11 @@ void judge_works(RunReport& r, const Trajectory& trajectory, Between between,
     if (const double error =
             other == between ? INFINITY : error_if(trajectory, between, other, rows);
         error < clearly * e.max_abs_error_J) {
-      r.notes.push_back(
-          fmt::format("with torque_between = \"{}\" the error of the energy is {:.2g} relative, as "
-                      "\"{}\" it is "
-                      "{:.2g}: how does the torque go between rows?",
-                      name_of(other), error / e.scale_J, name_of(between), e.max_rel_error));
+      r.notes.push_back(fmt::format(
+          "with torque_between = \"{}\" the error of the energy is {:.2g} relative, as "
+          "\"{}\" it is "
+          "{:.2g}: how does the torque go between rows?",
+          between_name(other), error / e.scale_J, between_name(between), e.max_rel_error));
       return;
     }
 }

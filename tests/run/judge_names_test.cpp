@@ -8,6 +8,7 @@
 
 #include "scene/judge/judge_file.h"
 #include "scene/session/export.h"
+#include "tests/places.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::judge_names_test {
