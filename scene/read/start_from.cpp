@@ -96,7 +96,7 @@ std::map<std::string, std::vector<double>> numbers_by_name(
 bool has_failed(const fs::path& folder) {
   const fs::path summary = folder / "summary.json";
   if (!fs::exists(summary)) return false;
-  const auto json = nlohmann::json::parse(read_file(summary), nullptr, false);
+  const auto json = nlohmann::json::parse(scene::read_file(summary), nullptr, false);
   return json.is_object() && json.value("verdict", "") == "fail";
 }
 
