@@ -190,7 +190,9 @@ TEST(DynamicsDerivatives, OfAPendulum) {
   BodySpec rod;
   rod.name = "rod";
   rod.parent = "world";
-  rod.joint = {.name = "hinge", .type = "revolute", .axis = {0, 1, 0}};
+  rod.joint.name = "hinge";
+  rod.joint.type = "revolute";
+  rod.joint.axis = {0, 1, 0};
   rod.placement = {Mat3<double>::identity(), {1e6, -2e6, 3e6}};
   rod.mass = {mass, {0, 0, -l}, {}, Mat3<double>::identity()};
   b.add(rod);

@@ -1559,6 +1559,31 @@ def rnea(mechanism: Mechanism, q: NDArray[numpy.float64], v: Optional[NDArray[nu
     """
     ...
 
+def rnea_derivatives(mechanism: Mechanism, q: NDArray[numpy.float64], v: NDArray[numpy.float64], vdot: NDArray[numpy.float64], wrench: Optional[NDArray[numpy.float64]] = None) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
+    """Inverse dynamics and its derivatives, O(n depth): returns (tau, dtau_dq, dtau_dv).
+
+    Shapes as in rnea; the matrices are (nv, nv) or (n, nv, nv). The derivative by the coordinates of a ball or free joint is
+    along its twists: it turns about the child's axes, a free joint also moves along them. Rates and wrenches keep their
+    values in their bodies' axes. Source: Carpentier, Mansard 2018; Singh, Russell, Wensing 2022.
+    """
+    ...
+
+def aba_derivatives(mechanism: Mechanism, q: NDArray[numpy.float64], v: NDArray[numpy.float64], tau: NDArray[numpy.float64], wrench: Optional[NDArray[numpy.float64]] = None) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
+    """Forward dynamics and its derivatives: returns (vdot, dvdot_dq, dvdot_dv, dvdot_dtau), the last M(q)^-1.
+
+    Shapes and coordinates as in rnea_derivatives. Springs and dampers of the mechanism's joints are not part of it.
+    """
+    ...
+
+def inertial_regressor(mechanism: Mechanism, q: NDArray[numpy.float64], v: NDArray[numpy.float64], vdot: NDArray[numpy.float64]) -> NDArray[numpy.float64]:
+    """Y of tau = Y theta, inverse dynamics as a linear function of the bodies' inertias, without rotors and wrenches.
+
+    theta has ten numbers for each of mechanism.bodies: mass, first moment (3), and xx xy xz yy yz zz of the inertia about
+    the origin of the body's frame, along its axes. Returns Y, (nv, 10 bodies) or (n, nv, 10 bodies).
+    Source: Atkeson, An, Hollerbach 1986.
+    """
+    ...
+
 def crba(mechanism: Mechanism, q: NDArray[numpy.float64], out: Optional[NDArray[numpy.float64]] = None) -> NDArray[numpy.float64]:
     """Joint-space mass matrix by the composite-rigid-body algorithm, O(n depth).
 
