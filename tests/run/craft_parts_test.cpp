@@ -388,16 +388,16 @@ TEST(CraftParts, DeploymentLocksAtItsStop) {
   EXPECT_EQ(again.final_state.x, r.final_state.x);
   EXPECT_EQ(again.final_state.lo, r.final_state.lo);
   // A lock that never comes fails the run.
-  s.events[0].above = 3.0;
-  s.duration = 4;
+  s.events[0].above = 6.0;
+  s.duration = 40;
   const auto never = scene::run(s, a, into(folder / "never"));
   EXPECT_FALSE(never.passed());
   ASSERT_TRUE(check_of(never, "missed_events"));
   EXPECT_TRUE(std::any_of(never.notes.begin(), never.notes.end(), [](const std::string& note) {
     return note.starts_with("it never happened: lock of ") &&
            note.find("; at the end of the run the angle is ") != note.npos &&
-           note.find("; nearest to it at ") != note.npos &&
-           note.find("expected above 3 rad") != note.npos;
+           note.find("; nearest to it at 21.2") != note.npos &&
+           note.find("expected above 6 rad") != note.npos;
   })) << never.notes.back();
 }
 
