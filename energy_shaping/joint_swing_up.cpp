@@ -132,7 +132,7 @@ void JointSwingUp::check_descent(const std::vector<double>& upright) {
   std::vector<phs::Dual> s(2 * n), rates(2 * n);
   std::mt19937_64 generator(2);
   const SwingUpGains& k = data_->gains;
-  WorstSum sums;
+  SumsOfZero sums;
   for (int i = 0; i < 500; ++i) {
     const auto x = phs::random_state(d, 1.0, generator);
     law(0.0, std::span<const double>(x), std::span<double>(u));
@@ -152,9 +152,10 @@ void JointSwingUp::check_descent(const std::vector<double>& upright) {
               weight * off * friction},
              x);
   }
-  certificate_.at_most("V' = -k_V q'² - friction", sums.worst, 1e-9,
+  const auto worst = sums.worst();
+  certificate_.at_most("V' = -k_V q'² - friction", worst.value, 1e-9,
                        "of the plant under the law without a limit, at 500 states, relative",
-                       sums.where);
+                       worst.where);
 }
 
 PortLaw JointSwingUp::port_law() const {

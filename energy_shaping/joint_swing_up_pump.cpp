@@ -126,7 +126,7 @@ void JointSwingUp::check_pump(const std::vector<double>& upright) {
   std::vector<double> u(size_t(d.nu)), dx(2 * n), v(n);
   std::vector<phs::Dual> s(2 * n);
   std::mt19937_64 generator(2);
-  WorstSum sums;
+  SumsOfZero of_joint, of_others;
   for (int i = 0; i < 500; ++i) {
     auto x = phs::random_state(d, 1.0, generator);
     std::copy_n(x.begin() + long(n), n, v.begin());  // as rates
@@ -141,13 +141,15 @@ void JointSwingUp::check_pump(const std::vector<double>& upright) {
     for (const auto& j : model.mechanism().joint_properties())
       if (size_t(j.v) != joint) friction += j.damping * v[size_t(j.v)] * v[size_t(j.v)];
     const double w = pumped<double>(*unlimited, plant, x);
-    sums.add({moving.rate.d, -w}, x);
-    sums.add({moving.others.d, plant.coupling * w, friction}, x);
+    of_joint.add({moving.rate.d, -w}, x);
+    of_others.add({moving.others.d, plant.coupling * w, friction}, x);
   }
-  certificate_.at_most("E' = -h w - friction", sums.worst, 1e-9,
+  const auto one = of_joint.worst(), other = of_others.worst();
+  const auto& worst = one.value > other.value ? one : other;
+  certificate_.at_most("E' = -h w - friction", worst.value, 1e-9,
                        "of the other joints under the pump without a limit, at 500 states with the "
                        "driven joint at rest, relative; that E arrives is not proved",
-                       sums.where);
+                       worst.where);
 }
 
 Progress JointSwingUp::progress() const {

@@ -118,20 +118,38 @@ struct SwingLaw {
   }
 };
 
-/// The worst of sums that should be 0, relative to their largest part, and where it is.
-struct WorstSum {
-  double worst = 0;
-  std::vector<double> where = {};
+/// Sums of one kind that should be 0, over states: the worst relative to its largest part, where it
+/// is. A state whose parts are all small counts as a thousandth of the largest.
+class SumsOfZero {
+ public:
   void add(std::initializer_list<double> parts, const std::vector<double>& x) {
-    double sum = 0, scale = 1e-300;
+    Sum s{0, 1e-300, x};
     for (const double p : parts) {
-      sum += p;
-      scale = std::fmax(scale, std::fabs(p));
+      s.off += p;
+      s.scale = std::fmax(s.scale, std::fabs(p));
     }
-    if (std::fabs(sum) / scale <= worst) return;
-    worst = std::fabs(sum) / scale;
-    where = x;
+    largest_ = std::fmax(largest_, s.scale);
+    all_.push_back(std::move(s));
   }
+  struct Worst {
+    double value = 0;
+    std::vector<double> where = {};
+  };
+  Worst worst() const {
+    Worst w;
+    for (const Sum& s : all_)
+      if (const double off = std::fabs(s.off) / std::fmax(s.scale, 1e-3 * largest_); off > w.value)
+        w = {off, s.x};
+    return w;
+  }
+
+ private:
+  struct Sum {
+    double off, scale;
+    std::vector<double> x;
+  };
+  std::vector<Sum> all_;
+  double largest_ = 0;
 };
 
 /// Random positions about the upright: all angles, slides within 1 m. upright: (q, p)

@@ -84,7 +84,7 @@ class VectorEnv(_VectorBase):
     where: "rate of base.attitude[0]" is an angular rate, "rate of base.position[0]" a velocity of a free body, both along its own
     axes. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine.
     Actions are inputs of `ports` (all but the wrench on the base, where none are named), in [-limit, limit]; what is beyond is cut
-    off. limit: a number, or one for each port. reward(observations, actions) -> (n,); both may not be written.
+    off. limit: a number, or one for each port. Joint limits of the model file do not act without elements of type "limits". reward(observations, actions) -> (n,); both may not be written.
     An episode that ends begins anew in the same step: its last observation is then in info["final_obs"], by info["_final_obs"].
     mechanism: the one in the model, whose state comes first, where the model does not name it (from_scene does).
     scene: a scene file of the same mechanism, by which render() draws (from_scene gives it). render_mode: "rgb_array" or None.

@@ -164,7 +164,10 @@ def _of_motion(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
             full = f"{title}.{name}"
             alone[full] = panel(f"{full} [{unit}]", {name: y})
             places.setdefault(name, []).append(full)
-            alone[name] = several(name, places[name]) if places[name][1:] else panel(f"{name} [{unit}]", {name: y})
+            if places[name][1:] and name in ("w", "x", "y", "z", "mx", "my", "mz", "fx", "fy", "fz"):
+                alone[name] = several(name, places[name])
+            else:  # joint_1 is the place, not the rate, as its panel comes first
+                alone.setdefault(name, panel(f"{name} [{unit}]", {name: y}))
     return panels, alone
 
 

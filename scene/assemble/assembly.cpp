@@ -242,7 +242,7 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
   a.model = with_joint_parts(a.mechanical, scene, &added);
   a.certificates = std::move(added.certificates);
   a.hindered = std::move(added.hindered);
-  a.sharing = std::move(added.sharing);
+  a.remarks = std::move(added.remarks);
   check_contacts(scene, *a.model);
   if (scene.orbit) {
     try {

@@ -44,7 +44,7 @@ struct Assembly {
   std::vector<mechanics::UrdfNote> notes;
   std::vector<energy_shaping::Certificate> certificates;  ///< of the scene's controllers, in order
   std::vector<HinderedLaw> hindered;                      ///< of the controllers
-  std::vector<std::string> sharing;                       ///< as AddedControllers::sharing
+  std::vector<std::string> remarks;                       ///< as AddedControllers::remarks
   Joined joined;                                          ///< by the events before a phase
   bool is_phase = false;  ///< between events: parts of the scene may be inactive
 

@@ -116,6 +116,17 @@ void put_exactly(const FromRecord& from, phs::State& s) {
 
 namespace {
 
+/// The scene of the run of a record; none of an older version, or where its files are gone.
+std::optional<Scene> scene_before(const StartFrom& from) {
+  if (from.scene_text.empty()) return {};
+  try {
+    return read_scene_again((std::filesystem::path(from.folder) / "scene.toml").string(),
+                            {from.scene_text, from.model_text, input_files(from.files_text)});
+  } catch (const InvalidArgument&) {
+    return {};
+  }
+}
+
 /// What goes on in orbit, and which forces the other run had besides.
 std::string note_of_orbit(const StartFrom& from, const OrbitScene& orbit) {
   const auto own = space::forces_of(orbit.environment);
@@ -131,23 +142,20 @@ std::string note_of_orbit(const StartFrom& from, const OrbitScene& orbit) {
                          [&](const auto& name) { return !std::ranges::count(not_in, name); });
     return rest;
   };
+  if (const auto before = scene_before(from); before && before->orbit) {
+    const auto &was = before->orbit->environment.planet, &is = orbit.environment.planet;
+    if (was.mu != is.mu || was.radius != is.radius)
+      note += fmt::format(
+          "; that run's planet has mu {:.10g} m^3/s^2 and radius {:.10g} m, this scene's {:.10g} "
+          "and {:.10g}",
+          was.mu, was.radius, is.mu, is.radius);
+  }
   if (!from.epoch) return note;
   if (const auto lost = list(from.forces, own); !lost.empty())
     note += fmt::format("; that run had {}, and this scene has not", fmt::join(lost, ", "));
   if (const auto more = list(own, from.forces); !more.empty())
     note += fmt::format("; this scene has {}, and that run had not", fmt::join(more, ", "));
   return note;
-}
-
-/// The scene of the run of a record; none of an older version, or where its files are gone.
-std::optional<Scene> scene_before(const StartFrom& from) {
-  if (from.scene_text.empty()) return {};
-  try {
-    return read_scene_again((std::filesystem::path(from.folder) / "scene.toml").string(),
-                            {from.scene_text, from.model_text, input_files(from.files_text)});
-  } catch (const InvalidArgument&) {
-    return {};
-  }
 }
 
 /// The bodies that have other masses or inertias than in that run; empty where that cannot be told.

@@ -193,8 +193,8 @@ std::vector<Controller> read_controllers(const Table& scene, const std::string& 
 
 namespace {
 
-/// Whether two controllers act at a port together and one of them has a limit, which the sum does
-/// not keep.
+/// Controllers that act at a port together, of which one has a limit that the sum does not keep;
+/// and those that hand over to one of other ports.
 std::vector<std::string> sharing(const std::vector<Controller>& all,
                                  const std::vector<ControllerDesign>& designs) {
   std::vector<std::string> notes;
@@ -214,6 +214,16 @@ std::vector<std::string> sharing(const std::vector<Controller>& all,
                 all[i].where, all[j].name, all[i].name, one.port, std::min(one.limit, other.limit),
                 all[i].name));
     }
+  for (size_t i = 0; i < all.size(); ++i)
+    for (size_t j = 0; all[i].then && j < all.size(); ++j)
+      if (all[j].name == all[i].then->by &&
+          std::ranges::none_of(designs[i].laws, [&](const auto& one) {
+            return std::ranges::any_of(designs[j].laws,
+                                       [&](const auto& other) { return other.port == one.port; });
+          }))
+        notes.push_back(fmt::format(
+            "{}: '{}' hands over to '{}', which acts at other joints: is each of them driven?",
+            all[i].where, all[i].name, all[j].name));
   return notes;
 }
 
@@ -238,10 +248,12 @@ AddedControllers add_controllers(
   const auto gates = gates_of(scene.controllers, designs);
   const auto nx = size_t(model->description().nx);
   AddedControllers added;
-  added.sharing = sharing(scene.controllers, designs);
+  added.remarks = sharing(scene.controllers, designs);
   for (size_t i = 0; i < designs.size(); ++i) {
     const Controller& c = scene.controllers[i];
     added.certificates.push_back(std::move(designs[i].certificate));
+    if (!designs[i].remark.empty())
+      added.remarks.push_back(fmt::format("{}: {}", c.where, designs[i].remark));
     const auto gate = gates.find(c.name);
     for (const auto& l : designs[i].laws)
       if (gate == gates.end() && (l.limit < HUGE_VAL || l.hindrance))

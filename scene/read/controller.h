@@ -57,6 +57,7 @@ struct ControllerDesign {
     double fill = 0;                            ///< share of their power that fills the tank
   };
   std::optional<Paid> paid = {};
+  std::string remark = {};  ///< what is odd about it, a sentence; empty: nothing
 };
 
 /// A file that a controller consists of.
@@ -107,8 +108,9 @@ struct AddedControllers {
   std::vector<energy_shaping::Certificate> certificates;  ///< of each, in order
   /// But for those that hand over or take over, which are made to be at their limits.
   std::vector<HinderedLaw> hindered;
-  /// Of limited laws that act at one port together, without `then`; "file:line:column: ...".
-  std::vector<std::string> sharing;
+  /// What is odd about them, "file:line:column: ...": limited laws that act at one port together,
+  /// without `then`; ControllerDesign::remark.
+  std::vector<std::string> remarks;
 };
 
 /// Puts the controllers at the ports of the member "mechanism" of a network.

@@ -87,7 +87,7 @@ void WatchedRun::add_notes(RunReport& r) const {
     for (auto& note : notes) r.notes.push_back(std::move(note));
   };
   if (!scene_.choice.empty()) r.notes.push_back(scene_.choice);
-  add(assembly_.sharing);
+  add(assembly_.remarks);
   if (assembly_.mechanical) {
     add(notes_on_speeds(*assembly_.mechanical, state_, "at the end"));
     for (const auto& c : assembly_.mechanism->coordinates())

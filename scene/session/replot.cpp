@@ -157,8 +157,11 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what) {
       add_to_list(full, name + "." + l.name);
     }
   }
-  if (found.size() == 1) return found;
-  if (found.size() > 1)
+  // joint_1 is the place, not the rate, as its panel comes first; x is of anything.
+  const auto parts = component_suffixes(6), four = component_suffixes(4);
+  const bool of_any = std::ranges::count(parts, what) + std::ranges::count(four, what) > 0;
+  if (found.size() == 1 || (!found.empty() && !of_any)) return {found[0]};
+  if (!found.empty())
     throw InvalidArgument(
         fmt::format("what is '{}', a line of several panels, expected one of: {}", what, full));
   throw InvalidArgument(fmt::format("what is '{}', the nearest is '{}', expected {} or a line",

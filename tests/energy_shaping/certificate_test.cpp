@@ -90,7 +90,8 @@ TEST(Certificate, NamesAllThatFailsAndWhatToDo) {
   EXPECT_FALSE(items[1].contains("remedy") || items[2].contains("remedy"));
   EXPECT_EQ(refusal([&] { refuse_failure(c); }),
             "a law: Hessian of V_d > 0 fails: -1, expected at least 1e-12 (the softest is 'swing' "
-            "at slide 0.5, swing -1); raise the stiffness of the coordinate named");
+            "at slide 0.5, swing -1); raise the stiffness of the coordinate named; of a matched "
+            "design try another ratio, of the other sign too");
 }
 
 /// Nothing holds the third joint of an arm without gravity that has actuators at the others alone.

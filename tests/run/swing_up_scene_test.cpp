@@ -114,15 +114,18 @@ TEST(SwingUpScene, TheSampledLoopIsCertified) {
 
 /// Without `then` both laws act on one motor: told. Control: the example.
 TEST(SwingUpScene, TwoLimitedLawsAtOnePortAreTold) {
-  const auto sharing = [](const std::vector<Change>& changes) {
+  const auto remarks = [](const std::vector<Change>& changes) {
     TemporaryFolder folder;
-    return scene::assemble(shipped(folder, "furuta_swing_up", changes)).sharing;
+    return scene::assemble(shipped(folder, "furuta_swing_up", changes)).remarks;
   };
-  EXPECT_TRUE(sharing({}).empty());
-  const auto told = sharing({{"then = \"balance\"\n", ""}});
+  EXPECT_TRUE(remarks({}).empty());
+  const auto told = remarks({{"then = \"balance\"\n", ""}});
   ASSERT_EQ(told.size(), 1u);
   EXPECT_TRUE(has(told[0], "'swing_up' and 'balance' both act at turn.torque"));
   EXPECT_TRUE(has(told[0], "then = \"balance\""));
+  const auto other = remarks({{"drives = \"turn\"", "drives = \"swing\""}});
+  ASSERT_EQ(other.size(), 1u);
+  EXPECT_TRUE(has(other[0], "'swing_up' hands over to 'balance', which acts at other joints"));
 }
 
 /// Friction without actuator holds the four gains below the upright; a pump pays for it. The user

@@ -162,6 +162,19 @@ TEST(OrbitScene, DragInKilometresIsRefused) {
                    "expected 1000 to 1 000 000 m: are they km?"));
 }
 
+// So would be a planet's pull.
+TEST(OrbitScene, APlanetInKilometresIsRefused) {
+  const Folder f;
+  const auto why = [&](const std::string& numbers) {
+    return test::refusal([&] {
+      (void)read_scene(f.scene("[planet]\n" + numbers + "[orbit]\naltitude = 620e3\n", head, tail));
+    });
+  };
+  EXPECT_EQ(why("mu = 3.986e14\nradius = 6.378e6\n"), "");
+  for (const char* km : {"mu = 398600.4418\n", "radius = 6378.137\n"})
+    EXPECT_TRUE(says(why(km), "are they in km?")) << km;
+}
+
 // A way that leads below the surface ends there, with the results until then. Without the check a
 // fall bounces at the centre or goes round it, and passes.
 TEST(OrbitScene, EndsAtTheSurface) {

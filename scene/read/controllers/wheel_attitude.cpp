@@ -128,6 +128,11 @@ ControllerDesign design_attitude(const Controller& c, const ControllerPlant& pla
     for (size_t i = 0; i < of_port.size(); ++i) of_port[i].push_back(more.laws[i]);
   }
   for (size_t i = 0; i < of_port.size(); ++i) all.laws[i] = commanded(of_port[i], w.times);
+  if (w.times.back() > plant.scene.duration)
+    all.remark = fmt::format(
+        "the command of '{}' at {:g} s comes after the end, {:g} s: times count from the start of "
+        "this run",
+        c.name, w.times.back(), plant.scene.duration);
   return all;
 }
 
