@@ -88,8 +88,7 @@ int run_and_judge(const Arguments& a, scene::RunOptions options) {
     scene::reopen(options.out, s, assembly);
     options.resume = true;
   }
-  for (const auto& note : assembly.notes)
-    log(fmt::format("note on the model: {}: {}", note.where, note.text));
+  log_notes(assembly);
   options.say = log;
   const scene::RunReport r = run_with_progress(s, assembly, options);
   const bool report = !r.interrupted && make_report(a, options.out, report::model_folders(s));
@@ -195,7 +194,9 @@ int ensemble_command(const Arguments& a) {
 int plan_command(const Arguments& a) {
   const scene::Scene s = read(a);
   const std::string out = a.out.value_or("results/" + name_of(a.scene) + "-plan");
-  const scene::PlanReport r = scene::plan(s, scene::assemble(s), out, &stop_on_signals());
+  const scene::Assembly assembly = scene::assemble(s);
+  log_notes(assembly);
+  const scene::PlanReport r = scene::plan(s, assembly, out, &stop_on_signals());
   print(a.json ? scene::read_file(out + "/plan.json") : plan_text(r, s.title, out));
   if (r.plan.status == planning::Plan::Status::stopped) return exit_interrupted;
   return r.replays() ? exit_ok : exit_numerical;

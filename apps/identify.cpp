@@ -30,6 +30,7 @@ scene::LogNoise noise_of(const std::vector<std::string>& sigmas) {
 
 int identify_command(const Arguments& a) {
   const scene::Scene s = read(a);
+  log_notes(scene::assemble(s));
   scene::IdentificationRequest request;
   request.parameters = a.parameters;
   request.noise = noise_of(a.sigma);

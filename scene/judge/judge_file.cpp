@@ -93,7 +93,7 @@ Scene recorded_scene(const JudgeOptions& o, const TrajectoryTable& table, const 
     for (auto* limit : {&scene.verify.linear_momentum, &scene.verify.angular_momentum,
                         &scene.verify.quaternion_norm})
       if (!*limit) *limit = scene.verify.energy;
-  if (!scene.constraints.empty() && !scene.verify.constraints)
+  if (scene.is_constrained() && !scene.verify.constraints)
     scene.verify.constraints = scene.verify.energy;
   return scene;
 }
@@ -240,6 +240,8 @@ RunReport judge_file(const JudgeOptions& o) {
   const double step = middle_step(t);
   const Scene scene = recorded_scene(o, table, map, step, t.back() - t[0]);
   Assembly a = assemble_near_first_row(scene, table, map);
+  for (const auto& note : a.notes)
+    if (o.say) o.say(fmt::format("note on the model: {}: {}", note.where, note.text));
   Trajectory trajectory(table, map, a);
   OwnPowers own(*a.model);
   const size_t powers = a.model->description().powers.size();

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <string>
 
 #include "scene/run/run_report.h"
@@ -14,6 +15,8 @@ struct JudgeOptions {
   std::string model;  ///< URDF
   std::string map;  ///< TOML, see trajectory_map.h; empty: columns by the names Porthos gives them
   std::string out;  ///< results folder
+  /// Gets what is told before: notes on the model.
+  std::function<void(const std::string& line)> say = {};
 };
 
 /// The verdict for a trajectory of another program: energy, momenta, attitude norm, growth law and

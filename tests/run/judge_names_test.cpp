@@ -119,6 +119,34 @@ TEST_F(JudgeNames, LoopsOfAMapAreClosedNearTheFirstRow) {
   breaks("gap of a pin elsewhere [m]", wrong.constraint_gap, 1e-2);
 }
 
+/// Mimic joints, once coupled, have the limit of the energy; without it they are told. Control: a
+/// limit of their own.
+TEST_F(JudgeNames, MimicJointsHaveTheLimitOfTheEnergy) {
+  write_bytes(
+      folder_ / "model.urdf",
+      "<robot name='m'><link name='b'/><link name='x'><inertial><mass value='1'/><inertia "
+      "ixx='0.01' iyy='0.01' izz='0.01' ixy='0' ixz='0' iyz='0'/></inertial></link><link "
+      "name='y'><inertial><mass value='1'/><inertia ixx='0.01' iyy='0.01' izz='0.01' "
+      "ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='a' type='continuous'><parent "
+      "link='b'/><child link='x'/><axis xyz='0 0 1'/></joint><joint name='c' "
+      "type='continuous'><parent link='b'/><child link='y'/><axis xyz='0 0 1'/><mimic "
+      "joint='a' multiplier='-1'/></joint></robot>");
+  std::string table = "t,a,c,v.a,v.c\n";
+  for (int i = 0; i < 50; ++i)
+    table += fmt::format("{0},{0:.12f},{1:.12f},1,-1\n", 0.01 * i, 4e-10 - 0.01 * i);
+  const std::string model = "[model]\nbase = \"fixed\"\n", coupled = model + "mimic = \"couple\"\n",
+                    energy = "[verify]\nenergy = 1e-6\n";
+  const auto r = judge(table, coupled + energy);
+  keeps("gap of the rows", r.constraint_gap, 1e-9);
+  EXPECT_TRUE(r.passed());
+  EXPECT_FALSE(judge(table, coupled + energy + "constraints = 1e-12\n").passed());
+  std::vector<std::string> said;
+  (void)scene::judge_file({(folder_ / "run.csv").string(), (folder_ / "model.urdf").string(), "",
+                           (folder_ / "again").string(),
+                           [&](const std::string& line) { said.push_back(line); }});
+  EXPECT_TRUE(std::ranges::any_of(said, [](const auto& line) { return says(line, "mimic"); }));
+}
+
 /// Its work is not in the file; the same joint without it is judged.
 TEST_F(JudgeNames, AMotionInTheMapIsRefused) {
   const std::string table = exported(), model = "[model]\nbase = \"free\"\n";

@@ -36,6 +36,21 @@ TEST(TimeSteppingRun, APile) {
   EXPECT_EQ(s.final_state, r.final_state);
 }
 
+/// Time stepping keeps energy and |ξ| with any step, so without [verify] a halved step judges the
+/// motion. Control: a method for which |ξ| tells.
+TEST(TimeSteppingRun, WithoutLimitsAHalvedStepJudges) {
+  const auto halved = [](const std::string& method) {
+    TemporaryFolder folder;
+    const auto s = shipped(folder, "pile", 0.1,
+                           {{"[verify]\nenergy = 1e-11\n", ""},
+                            {"method = \"moreau\"", "method = \"" + method + "\""}});
+    const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
+    return !std::isnan(value_of(r, "step_halving"));
+  };
+  EXPECT_TRUE(halved("moreau"));
+  EXPECT_FALSE(halved("radau15"));
+}
+
 TEST(TimeSteppingRun, AResumedRunHasTheSameBits) {
   TemporaryFolder folder;
   expect_same_bits_when_resumed(folder, pile(folder, 0.6), {13, 150, 201, 250});
