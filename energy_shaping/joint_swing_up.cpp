@@ -153,7 +153,7 @@ void JointSwingUp::check_descent(const std::vector<double>& upright) {
              x);
   }
   const auto worst = sums.worst();
-  certificate_.at_most("V' = -k_V q'² - friction", worst.value, 1e-9,
+  certificate_.at_most("V' = -k_V q'² - friction", worst.value, 1e-8,
                        "of the plant under the law without a limit, at 500 states, relative",
                        worst.where);
 }

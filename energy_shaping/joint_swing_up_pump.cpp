@@ -146,7 +146,7 @@ void JointSwingUp::check_pump(const std::vector<double>& upright) {
   }
   const auto one = of_joint.worst(), other = of_others.worst();
   const auto& worst = one.value > other.value ? one : other;
-  certificate_.at_most("E' = -h w - friction", worst.value, 1e-9,
+  certificate_.at_most("E' = -h w - friction", worst.value, 1e-8,
                        "of the other joints under the pump without a limit, at 500 states with the "
                        "driven joint at rest, relative; that E arrives is not proved",
                        worst.where);

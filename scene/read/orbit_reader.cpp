@@ -36,7 +36,7 @@ void harmonics(const Table& t, space::Planet& p) {
 void planet(const Table& t, space::Planet& p) {
   p.mu = t.positive_or("mu", p.mu);
   p.radius = t.positive_or("radius", p.radius);
-  if (const double g = p.mu / (p.radius * p.radius); !(g > 1e-6 && g < 1e5))
+  if (const double g = p.mu / (p.radius * p.radius); (g < 1e-6 && p.mu > 10) || g > 1e5)
     t.fail(t.has("mu") ? "mu" : "radius",
            fmt::format("gives a gravity of {:.2g} m/s^2 at the radius of {:g} m, expected mu in "
                        "m^3/s^2 and the radius in m: are they in km?",

@@ -41,7 +41,7 @@ TEST(TimeSteppingRun, APile) {
 TEST(TimeSteppingRun, WithoutLimitsAHalvedStepJudges) {
   const auto halved = [](const std::string& name, const std::vector<Change>& changes) {
     TemporaryFolder folder;
-    auto s = shipped(folder, name, 0.1, changes);
+    auto s = shipped(folder, name, 1, changes);
     s.verify = {};
     return !std::isnan(
         value_of(scene::run(s, scene::assemble(s), into(folder / "out")), "step_halving"));
