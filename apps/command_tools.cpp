@@ -97,9 +97,4 @@ std::string default_out(const Arguments& a) {
 
 void log(const std::string& line) { fmt::print(stderr, "porthos: {}\n", line); }
 
-void log_notes(const scene::Assembly& assembly) {
-  for (const auto& note : assembly.notes)
-    log(fmt::format("note on the model: {}: {}", note.where, note.text));
-}
-
 }  // namespace porthos::apps

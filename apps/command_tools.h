@@ -4,7 +4,6 @@
 #include <string>
 
 #include "apps/commands.h"
-#include "scene/assemble/assembly.h"
 #include "scene/read/scene.h"
 
 /// What commands share.
@@ -38,7 +37,5 @@ std::string default_out(const Arguments& arguments);
 
 /// A line on stderr.
 void log(const std::string& line);
-/// The notes on a scene's model, a line each.
-void log_notes(const scene::Assembly& assembly);
 
 }  // namespace porthos::apps

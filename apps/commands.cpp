@@ -17,6 +17,7 @@
 #include "apps/report.h"
 #include "apps/verdict.h"
 #include "report/report.h"
+#include "scene/assemble/model_notes.h"
 #include "scene/compare/auto_method.h"
 #include "scene/compare/compare.h"
 #include "scene/files/files.h"
@@ -88,7 +89,7 @@ int run_and_judge(const Arguments& a, scene::RunOptions options) {
     scene::reopen(options.out, s, assembly);
     options.resume = true;
   }
-  log_notes(assembly);
+  scene::tell_notes(assembly, log);
   options.say = log;
   const scene::RunReport r = run_with_progress(s, assembly, options);
   const bool report = !r.interrupted && make_report(a, options.out, report::model_folders(s));
@@ -195,7 +196,7 @@ int plan_command(const Arguments& a) {
   const scene::Scene s = read(a);
   const std::string out = a.out.value_or("results/" + name_of(a.scene) + "-plan");
   const scene::Assembly assembly = scene::assemble(s);
-  log_notes(assembly);
+  scene::tell_notes(assembly, log);
   const scene::PlanReport r = scene::plan(s, assembly, out, &stop_on_signals());
   print(a.json ? scene::read_file(out + "/plan.json") : plan_text(r, s.title, out));
   if (r.plan.status == planning::Plan::Status::stopped) return exit_interrupted;

@@ -30,11 +30,11 @@ scene::LogNoise noise_of(const std::vector<std::string>& sigmas) {
 
 int identify_command(const Arguments& a) {
   const scene::Scene s = read(a);
-  log_notes(scene::assemble(s));
   scene::IdentificationRequest request;
   request.parameters = a.parameters;
   request.noise = noise_of(a.sigma);
   request.stop = &stop_on_signals();
+  request.say = log;
   request.tell = [](const scene::FitProgress& p) {
     log(fmt::format("iteration {}, run {}: mean square {:.4g} up to {:g} s", p.iterations, p.runs,
                     p.mean_square, p.until));

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "phs/system/linearised.h"
+#include "scene/assemble/model_notes.h"
 #include "scene/identification/detail/least_squares.h"
 #include "scene/identification/detail/output_error.h"
 #include "scene/judge/trajectory_table.h"
@@ -245,6 +246,7 @@ Identification identify(const Scene& given, const std::string& log,
                         const IdentificationRequest& request) {
   const Scene scene = scene_with_slopes(given, "identify", "");
   const Assembly assembly = assemble_with_tangents(scene);
+  tell_notes(assembly, request.say);
   return identify(scene, assembly, read_log(log, request.noise, scene, assembly), request);
 }
 

@@ -24,6 +24,8 @@ struct IdentificationRequest {
   int iterations = 50;                                ///< at most
   const std::atomic<bool>* stop = nullptr;            ///< true: give up
   std::function<void(const FitProgress&)> tell = {};  ///< after each iteration
+  /// Gets what is told before: notes on the model.
+  std::function<void(const std::string& line)> say = {};
 };
 
 /// A parameter as the log tells it.

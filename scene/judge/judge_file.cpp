@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "phs/error.h"
+#include "scene/assemble/model_notes.h"
 #include "scene/files/files.h"
 #include "scene/judge/detail/trajectory.h"
 #include "scene/judge/detail/work_error.h"
@@ -240,8 +241,7 @@ RunReport judge_file(const JudgeOptions& o) {
   const double step = middle_step(t);
   const Scene scene = recorded_scene(o, table, map, step, t.back() - t[0]);
   Assembly a = assemble_near_first_row(scene, table, map);
-  for (const auto& note : a.notes)
-    if (o.say) o.say(fmt::format("note on the model: {}: {}", note.where, note.text));
+  tell_notes(a, o.say);
   Trajectory trajectory(table, map, a);
   OwnPowers own(*a.model);
   const size_t powers = a.model->description().powers.size();
