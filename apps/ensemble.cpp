@@ -44,7 +44,8 @@ std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport&
   for (const auto& [why, count] : r.failures) text += fmt::format("{} cases: {}\n", count, why);
   if (!r.not_passed.empty())
     text += fmt::format("not passed: {}{}\n", fmt::join(r.not_passed, ", "),
-                        r.cases - r.passed > std::int64_t(r.not_passed.size()) ? ", ..." : "");
+                        r.cases - r.passed > std::int64_t(r.not_passed.size()) ? ", ..." : "") +
+            fmt::format("            their checks: porthos run SCENE --case {}\n", r.not_passed[0]);
   if (r.run_here > 0) text += fmt::format("{} cases in {:.1f} s\n", r.run_here, r.wall_s);
   text += fmt::format("results     {}/: ensemble.h5, ensemble.json, ensemble.svg{}\n", out,
                       page ? ", report.html" : "");

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "scene/files/text_table.h"
-#include "scene/judge/judge_file.h"
+#include "scene/run/growth_words.h"
 #include "scene/run/verdict.h"
 
 namespace porthos::apps {
@@ -29,32 +28,6 @@ std::string checks_text(const RunReport& r) {
   return scene::aligned(rows);
 }
 
-/// Why the growth of the error is not known.
-std::string unknown_growth(const RunReport& r) {
-  return std::ranges::any_of(r.notes,
-                             [](const auto& n) { return n.starts_with(scene::unequal_rows); })
-             ? std::string(scene::unequal_rows) + ": how the error grows is not told"
-             : "too few records or swings to tell how the error grows";
-}
-
-std::string growth_text(const RunReport& r) {
-  const auto& e = r.energy;
-  const double time = r.simulated_s;
-  const double floor = std::numeric_limits<double>::epsilon();
-  const char* significance =
-      !e.drift_is_significant        ? "not significant"
-      : e.max_rel_error <= 2 * floor ? "significant, below one rounding of a double"
-      : e.growth_exponent < 0.75 && std::fabs(e.drift_per_s) * time < 0.5 * e.max_rel_error
-          ? "significant, below the scatter of the records"
-          : "significant";
-  std::string drift = fmt::format("drift {:.2g} per s, {}", e.drift_per_s, significance);
-  if (e.swings_grow()) drift += fmt::format("; its swings grow {:.2g}-fold", e.swing_growth);
-  if (!std::isfinite(e.growth_exponent))
-    return unknown_growth(r) + (e.drift_is_significant || e.swings_grow() ? ", " + drift : "");
-  return fmt::format("growth exponent {:.2f} (0.5 random walk, 1 drift or faster), {}",
-                     e.growth_exponent, drift);
-}
-
 std::string energy_text(const RunReport& r) {
   const auto& e = r.energy;
   std::string scale;
@@ -74,7 +47,10 @@ std::string energy_text(const RunReport& r) {
          fmt::format(
              "            relative to {:.4g} J ({}), seen at {} records and {} steps between\n",
              e.scale_J, scale.empty() ? "no energy stored" : scale, r.records, r.looks) +
-         "            " + growth_text(r);
+         "            the error " + scene::growth_words(r) +
+         (e.drift_is_significant
+              ? ""
+              : fmt::format("; drift {:.2g} per s, not significant", e.drift_per_s));
 }
 
 /// Three ledgers, never one total.

@@ -73,12 +73,9 @@ Json verification(const Json& s) {
 
 Json uncertainty(const Json& s, const Json& comparison) {
   const auto& e = s.at("energy");
-  const double swings = e.value("swing_growth", 1.0);
   std::string text =
-      fmt::format("Numerical: energy error at most {} relative, growth exponent {}, drift {}{}. ",
-                  number(e.at("max_rel_error")), number(e.at("growth_exponent"), "{:.2f}"),
-                  e.at("drift_is_significant").get<bool>() ? "significant" : "not significant",
-                  swings >= 2 ? fmt::format(", swings that grow {:.2g}-fold", swings) : "");
+      fmt::format("Numerical: the energy error is at most {} relative; it {}. ",
+                  number(e.at("max_rel_error")), e.value("growth", "grew in a way not recorded"));
   if (comparison.is_object() && comparison.contains("trajectory") &&
       comparison.at("trajectory").at("reference_error").is_number())
     text += fmt::format("Trajectories were compared with a reference known to {}. ",

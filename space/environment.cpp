@@ -150,7 +150,9 @@ void Environment::validate() const {
       positive(solar_pressure->area_coefficient, "the area C_R A in sunlight", "m^2");
     if (!sun)
       throw InvalidArgument(
-          "sunlight is asked for without a sun, expected a third body named \"sun\"");
+          "sunlight is asked for without a sun, expected one: epoch or sun_longitude in [orbit], "
+          "in C++ "
+          "a third body named \"sun\"");
   }
   for (const Plate& p : plates) {
     const auto check = [&](bool holds, const std::string& what) {

@@ -113,6 +113,8 @@ class VectorEnv(_VectorBase):
         if not isinstance(model, Model):
             raise InvalidArgument(f"model is a {type(model).__name__}, expected a Model, as MechanicalModel(mechanism); of a scene file: from_scene(path)")
         self._mechanism = mechanism if mechanism is not None else getattr(model, "mechanism", None)
+        if render_mode is not None and (scene is None or self._mechanism is None):
+            raise InvalidArgument("render_mode is 'rgb_array', but there is no scene to draw by, expected one: from_scene(path), or scene=path")
         self._reward, self._dtype = reward, np.dtype(dtype)
         description = model.description
         every = [p.name for p in description.ports]
@@ -258,8 +260,6 @@ class VectorEnv(_VectorBase):
     def _draw(self, states: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
         if self.render_mode is None:
             raise InvalidArgument("render_mode is None, expected render_mode='rgb_array' when the environment is made")
-        if self._scene is None or self._mechanism is None:
-            raise InvalidArgument("there is no scene to draw by, expected one: from_scene, or scene=")
         if self._picture is None:
             self._picture = _picture_of(self._scene, self._mechanism, self._look)
         return tuple(self._picture.picture(x[: self._mechanism.nq]) for x in states)

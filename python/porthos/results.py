@@ -62,11 +62,8 @@ class Result(Judged):
             lines += text_table(rows) + [""]
         lines.append(f"energy   start {short(e['initial_J'])} J, error max {short(e['max_abs_error_J'])} J"
                      f" = {short(e['max_rel_error'])} relative to {short(e['scale_J'])} J")
-        unequal = any(n.startswith("the rows are at unequal intervals") for n in self.notes)
-        unknown = "the rows are at unequal intervals: how the error grows is not told" if unequal else "too few records or swings to tell how the error grows"
-        grows = unknown if e["growth_exponent"] is None else f"growth exponent {e['growth_exponent']:.2f} (0.5 random walk, 1 drift or faster)"
-        swings = f"; its swings grow {short(e['swing_growth'])}-fold" if e.get("swing_growth", 1) >= 2 else ""
-        lines.append(f"         {grows}, drift {short(e['drift_per_s'])} per s, {'' if e['drift_is_significant'] else 'not '}significant{swings}")
+        if "growth" in e:  # not in results of version 0.1
+            lines.append(f"         the error {e['growth']}; drift {short(e['drift_per_s'])} per s, {'' if e['drift_is_significant'] else 'not '}significant")
         lines += [f"note     {n}" for n in self.notes]
         if self.folder:
             lines.append(f"results  {self.folder}")

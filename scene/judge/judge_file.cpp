@@ -14,6 +14,7 @@
 #include "scene/judge/detail/trajectory.h"
 #include "scene/judge/detail/work_error.h"
 #include "scene/run/cpu_clock.h"
+#include "scene/run/growth_words.h"
 #include "scene/run/ledger.h"
 #include "scene/run/record_log.h"
 #include "scene/run/verdict.h"

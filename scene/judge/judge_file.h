@@ -6,9 +6,6 @@
 
 namespace porthos::scene {
 
-/// How the note begins that tells why the growth of the error is not known.
-inline constexpr const char* unequal_rows = "the rows are at unequal intervals";
-
 /// The trajectory to judge, its model and its map.
 struct JudgeOptions {
   std::string file;   ///< the trajectory, CSV or HDF5

@@ -54,7 +54,7 @@ class Table {
   }
   [[noreturn]] void missing(const char* key, const std::string& expected) const {
     refuse(file_.at(t_.source()),
-           fmt::format("{} has no key '{}', expected {}", label_, key, expected));
+           fmt::format("{} lacks the key '{}', expected {}", label_, key, expected));
   }
   void require(const char* key, const std::string& expected) const {
     if (!has(key)) missing(key, expected);
@@ -256,7 +256,7 @@ class Table {
       const std::string label = fmt::format("[[{}]]", key);
       const toml::node* type = t.get(by);
       if (!type)
-        refuse(file_.at(t.source()), fmt::format("{} has no key '{}', expected one", label, by));
+        refuse(file_.at(t.source()), fmt::format("{} lacks the key '{}', expected one", label, by));
       if (!type->is_string())
         refuse(file_.at(type->source()),
                fmt::format("{} is {}, expected a word", by, found(*type)));

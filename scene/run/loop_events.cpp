@@ -30,7 +30,7 @@ void check_closing(const Scene& scene, const Event& e) {
     refuse("coupling '" + e.name + "' joins no two frames, expected a time and no limits");
   if (!one.loops.empty() && e.latch.reach == HUGE_VAL)
     refuse("the closing of '" + e.name +
-           "' has no key 'reach', expected the largest gap of its frames in metres");
+           "' lacks the key 'reach', expected the largest gap of its frames in metres");
 }
 
 mechanics::Latch limits_of_closing(const Scene& scene, const Event& e) {

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "mechanics/rotation.h"
+#include "scene/run/growth_words.h"
 #include "scene/run/provenance.h"
 #include "scene/run/run_report.h"
 
@@ -69,7 +70,8 @@ Json final_state(const Assembly& a, double t, const phs::State& inner) {
   return {{"q", q}, {"v", rates}, {"p", p}};
 }
 
-Json energy(const EnergyReport& e) {
+Json energy(const RunReport& r) {
+  const EnergyReport& e = r.energy;
   Json parts = Json::object();
   for (const auto& [name, joule] : e.scale_parts) parts[name] = joule;
   return {{"initial_J", e.initial_J},
@@ -81,7 +83,8 @@ Json energy(const EnergyReport& e) {
           {"growth_exponent", e.growth_exponent},
           {"drift_per_s", e.drift_per_s},
           {"drift_is_significant", e.drift_is_significant},
-          {"swing_growth", e.swing_growth}};
+          {"swing_growth", e.swing_growth},
+          {"growth", growth_words(r)}};
 }
 
 Json balance(const RunReport& r) {
@@ -234,7 +237,7 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["evaluations"] = r.cost.evaluations;
   j["sweeps_per_step"] = r.cost.steps > 0 ? double(r.cost.sweeps) / double(r.cost.steps) : 0.0;
   j["outcome"] = to_string(r.outcome);
-  j["energy"] = energy(r.energy);
+  j["energy"] = energy(r);
   j["linear_momentum"] = {{"max_rel_error", r.linear_momentum_error}};
   j["angular_momentum"] = {{"max_rel_error", r.angular_momentum_error}};
   j["quaternion_norm"] = {{"max_error", r.quaternion_norm_error}};

@@ -57,7 +57,8 @@ void WholeReport::add(const RunReport& p, double from) {
   add_impulses(p.impulses);
   for (const Check& c : p.checks) worst(c);
   for (const NotApplicable& n : p.not_applicable) cannot(n);
-  for (const auto& n : p.notes) r_.notes.push_back(fmt::format("from {:g} s: {}", from, n));
+  for (const auto& n : p.notes)  // once, with the first phase that has it
+    if (told_.insert(n).second) r_.notes.push_back(fmt::format("from {:g} s: {}", from, n));
   r_.outcome = p.outcome;
   r_.interrupted = p.interrupted;
   r_.trouble = p.trouble;

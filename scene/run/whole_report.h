@@ -1,4 +1,7 @@
 #pragma once
+#include <set>
+#include <string>
+
 #include "mechanics/reconfiguration.h"
 #include "scene/run/run_report.h"
 
@@ -25,6 +28,7 @@ class WholeReport {
   void cannot(const NotApplicable& n);
   void worst(const Check& c);
   RunReport r_;
+  std::set<std::string> told_;  ///< the notes of phases
 };
 
 }  // namespace porthos::scene

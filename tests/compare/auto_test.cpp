@@ -296,7 +296,7 @@ TEST_F(Keys, AutoNeedsNoStep) {
   EXPECT_EQ(s.step, 0);
   EXPECT_EQ(s.target(), 1e-7);
   EXPECT_EQ(read("method = \"auto\"\nstep = 0.5").step, 0.5);
-  EXPECT_TRUE(says(refusal([&] { read("method = \"gauss8\""); }), "has no key 'step'"));
+  EXPECT_TRUE(says(refusal([&] { read("method = \"gauss8\""); }), "lacks the key 'step'"));
 }
 
 TEST_F(Keys, BadOnesAreRefused) {

@@ -154,7 +154,7 @@ def test_pictures_of_a_scene(source):
 
 
 def test_without_a_scene_there_are_no_pictures(pendulum):
-    refused(many(pendulum, render_mode="rgb_array").render, "no scene to draw by")
+    refused(lambda: many(pendulum, render_mode="rgb_array"), "no scene to draw by")
 
 
 def test_wrong_arguments_are_refused(pendulum):

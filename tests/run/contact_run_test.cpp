@@ -211,11 +211,11 @@ TEST(ContactRun, RefusalsSayWhereAndWhat) {
                      "= 1 }\n" +
                      stiff),
                    "between a box on 'rod' and a capsule on 'base', expected one of the pairs"));
-  EXPECT_TRUE(says(c("links = [\"rod\"]\nlaw = \"hertz\"\n"), "has no key 'stiffness'"));
+  EXPECT_TRUE(says(c("links = [\"rod\"]\nlaw = \"hertz\"\n"), "lacks the key 'stiffness'"));
   EXPECT_TRUE(says(c("links = [\"rod\"]\nagainst = [\"base\"]\nlaw = \"hertz\"\nmodulus = 1e9\n"),
                    "a modulus is given for a box on 'base', expected spheres and planes"));
-  EXPECT_TRUE(says(c("links = [\"rod\"]\nstiffness = 1\n"), "has no key 'width'"));
-  EXPECT_TRUE(says(c("links = [\"rod\"]\nfriction = 0.1\n" + stiff), "has no key 'creep'"));
+  EXPECT_TRUE(says(c("links = [\"rod\"]\nstiffness = 1\n"), "lacks the key 'width'"));
+  EXPECT_TRUE(says(c("links = [\"rod\"]\nfriction = 0.1\n" + stiff), "lacks the key 'creep'"));
   EXPECT_TRUE(says(c("links = [\"rod\"]\nrestitution = 1.2\nspeed = 1\n" + stiff),
                    "restitution is 1.2, expected more than 0, at most 1"));
   EXPECT_TRUE(says(c("links = [\"rod\"]\nshape = { kind = \"plane\", radius = 1 }\n" + stiff),

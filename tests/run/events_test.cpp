@@ -183,7 +183,7 @@ TEST(Events, WhatCannotBeIsRefusedWithItsLine) {
   };
   const Case cases[] = {
       {"reach = 0.05", "",
-       "scene.toml:22:1: [[event]] has no key 'reach', expected a number of metres", true},
+       "scene.toml:22:1: [[event]] lacks the key 'reach', expected a number of metres", true},
       {"link = \"hand\"", "link = \"hnad\"", "there is no body 'hnad', expected one of bus", false},
       {"type = \"lock\"", "type = \"unlock\"", "the joint 'shoulder' is not locked", false},
       {"at = 20.0", "at = 20.03", "200.3 steps of 0.1 s, expected a whole number of steps", false},

@@ -99,8 +99,8 @@ TEST(Ledger, LimitsOfTheModelFileOrTheScene) {
 TEST(Ledger, BadElementsAreRefusedWithTheirLine) {
   const std::pair<const char*, const char*> cases[] = {
       {"type = \"sprng\"", "scene.toml:11:8: type is \"sprng\", expected \"spring\", \"damper\""},
-      {"name = \"a\"", "[[element]] has no key 'type', expected one"},
-      {"type = \"spring\"", "has no key 'stiffness', expected a number of N m/rad or N/m"},
+      {"name = \"a\"", "[[element]] lacks the key 'type', expected one"},
+      {"type = \"spring\"", "lacks the key 'stiffness', expected a number of N m/rad or N/m"},
       {"type = \"spring\"\nstifness = 1",
        "unknown key 'stifness' in [[element]], the nearest known one is 'stiffness'"},
       {"type = \"damper\"\ndamping = -1", "viscous damper: damping is -1"},

@@ -181,7 +181,7 @@ TEST(LoopEvents, WhatCannotBeIsRefusedBeforeTheRun) {
   EXPECT_TRUE(says(why({{"at = 4.0\nloop = \"right_grip\"", "at = 4.0\nloop = \"grip\""}}),
                    "there is no [[loop]] or [[coupling]] 'grip', expected one of: right_grip"));
   EXPECT_TRUE(says(why({{"loop = \"right_grip\"\nreach = 0.2", "loop = \"right_grip\""}}),
-                   "the closing of 'right_grip' has no key 'reach', expected the largest gap"));
+                   "the closing of 'right_grip' lacks the key 'reach', expected the largest gap"));
   EXPECT_TRUE(says(why({{"\"spark16\"", "\"gauss16\""}}),
                    "after the closing of right_grip: method 'gauss16' keeps no constraints"));
   EXPECT_TRUE(says(why({{"at = 80.0", "at = 3.0"}}),

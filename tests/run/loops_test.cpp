@@ -232,9 +232,9 @@ TEST(Loops, WhatCannotBeIsRefusedWithItsLine) {
          "scene.toml:16:1: constraint 'pin' (revolute) between 'coupler_rod' and 'rocker_rod' "
          "cannot be closed from the given start: a gap of");
   expect({{"\"revolute\"", "\"hinge\""}}, "", "type is \"hinge\", expected \"revolute\" or");
-  expect({{"\"revolute\"", "\"rod\""}}, "", "has no key 'length', expected one, because");
+  expect({{"\"revolute\"", "\"rod\""}}, "", "lacks the key 'length', expected one, because");
   expect({{"\"revolute\"", "\"on_curve\""}}, "",
-         "has no key 'points', expected some, because the loop is on_curve");
+         "lacks the key 'points', expected some, because the loop is on_curve");
   expect({{"\"revolute\"", "\"on_curve\"\npoints = [[0, 0], [1, 2, 3]]"}}, "",
          "points[1] is an array, expected 2 numbers");
   expect({{"\"revolute\"", "\"on_curve\"\npoints = [[0, 0], [0, 0]]"}}, "",

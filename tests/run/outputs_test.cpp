@@ -335,7 +335,7 @@ TEST(Outputs, WhatCannotBeIsRefusedWithItsPlace) {
   EXPECT_TRUE(says(refusal(output("centre_of_mass", "9a", "")), "not first a digit"));
   const auto com = output("centre_of_mass", "com", "");
   EXPECT_TRUE(says(refusal(com + com), "is that of another output"));
-  EXPECT_TRUE(says(refusal(com + output("power", "p", "")), "has no key 'row'"));
+  EXPECT_TRUE(says(refusal(com + output("power", "p", "")), "lacks the key 'row'"));
   EXPECT_TRUE(says(refusal("[[output]]\nquantity = \"heat\"\nname = \"h\"\n"), "expected"));
   EXPECT_TRUE(says(refusal("[[contact]]\nname = \"c\"\nlinks = [\"rod\"]\nstiffness = 1\nwidth = "
                            "0.1\nshape = { kind = \"sphere\", radius = 0.1 }\n" +

@@ -117,7 +117,7 @@ TEST(RigidRun, RefusalsSayWhereAndWhat) {
   const auto c = [](const std::string& keys) {
     return refusal("[[contact]]\nname = \"c\"\nlinks = [\"rod\"]\nlaw = \"rigid\"\n" + keys);
   };
-  EXPECT_TRUE(says(c(""), "has no key 'restitution'"));
+  EXPECT_TRUE(says(c(""), "lacks the key 'restitution'"));
   EXPECT_TRUE(says(c("restitution = 1.1\n"), "restitution is 1.1, expected 0 to 1"));
   EXPECT_TRUE(
       says(c("restitution = 1\nstiffness = 3\n"), "stiffness is given with law = \"rigid\""));

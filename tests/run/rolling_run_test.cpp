@@ -158,7 +158,7 @@ TEST(RollingRun, WhatCannotBeIsRefusedWithItsLine) {
          "keeps no constraints on rates alone, and 'wheel' rolls");
   expect("rolling_disk", {{"\"disk\"\nwheel", "\"hoop\"\nwheel"}}, "type is \"hoop\", expected");
   expect("rolling_disk", {{"radius = 0.5", ""}},
-         "has no key 'radius', expected one, because it rolls");
+         "lacks the key 'radius', expected one, because it rolls");
   expect("rolling_disk", {{"\"disk\"\nwheel", "\"blade\"\nwheel"}},
          "radius means nothing to a blade");
   expect("rolling_disk", {{"step = 0.015625", "step = 0.015625\nstep_control = 'reversible'"}},

@@ -132,7 +132,7 @@ TEST(WholeBodyScene, RefusalsSayWhereAndWhat) {
           "'heel' is lifted, expected one of contacts");
   refused({{"friction = 0.6", "lifted.left_sole = { when = [[1, 1]] }"}},
           "has a row that ends before it begins");
-  refused({{"bandwidth = 6", ""}}, "has no key 'bandwidth'");
+  refused({{"bandwidth = 6", ""}}, "lacks the key 'bandwidth'");
   refused({{"bandwidth = 6", "bandwidth = 6\nmoves = [[1, 2, 0, 0, 0.7], [2, 1, 0, 0, 0.7]]"}},
           "task 'centre_of_mass'");
   refused({{"quantity = \"posture\"", "quantity = \"pose\""}}, "quantity is \"pose\"");

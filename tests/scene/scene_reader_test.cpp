@@ -205,14 +205,15 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
        "gravity, vector, magnetic_field)"},
       // missing keys
       {model("base = \"free\""),
-       "1:1: [model] has no key 'urdf', expected the name of a URDF file"},
-      {model(urdf), "1:1: [model] has no key 'base', expected \"free\" or \"fixed\""},
-      {integrator(""), "7:1: [integrator] has no key 'step', expected a number of seconds"},
-      {run(""), "10:1: [run] has no key 'duration', expected a number of seconds"},
+       "1:1: [model] lacks the key 'urdf', expected the name of a URDF file"},
+      {model(urdf), "1:1: [model] lacks the key 'base', expected \"free\" or \"fixed\""},
+      {integrator(""), "7:1: [integrator] lacks the key 'step', expected a number of seconds"},
+      {run(""), "10:1: [run] lacks the key 'duration', expected a number of seconds"},
       {model(urdf + fixed + "inertia.lower = { com = [0, 0, 0] }"),
-       "4:17: inertia.lower has no key 'mass', expected a number of kg"},
+       "4:17: inertia.lower lacks the key 'mass', expected a number of kg"},
       {rest("[environment]\ngravity = \"uniform\""),
-       "12:1: [environment] has no key 'vector', expected 3 numbers of m/s^2, because gravity is "
+       "12:1: [environment] lacks the key 'vector', expected 3 numbers of m/s^2, because gravity "
+       "is "
        "\"uniform\""},
       // wrong types
       {model("urdf = 3\n" + fixed), "2:8: urdf is a number, expected the name of a URDF file"},

@@ -310,7 +310,7 @@ TEST_F(FormulaScene, MistakesAreRefusedWithTheirLine) {
                    "family is \"formulas\", expected \"series_elastic\""));
   EXPECT_TRUE(says(why("limits = { sigma = [-0.8, 0.8] }", ""),
                    "the energy depends on sigma, expected its range in the limits"));
-  EXPECT_TRUE(says(why("energy = \"k/a", "#"), "[[actuator]] has no key 'energy', expected"));
+  EXPECT_TRUE(says(why("energy = \"k/a", "#"), "[[actuator]] lacks the key 'energy', expected"));
 }
 
 }  // namespace

@@ -125,9 +125,9 @@ TEST_F(Scenes, MistakesAreRefusedWithTheirLine) {
       {qbmove + "theta = { drive = \"torque\", inertia = 0, command = { constant = 1 } }\n" + held,
        "theta inertia is 0, expected more than 0 kg m^2: a torque on no inertia has no rate"},
       {qbmove + fixed,
-       "[[actuator]] has no key 'sigma', expected a table with the keys start [rad] (half the "
+       "[[actuator]] lacks the key 'sigma', expected a table with the keys start [rad] (half the "
        "angle between the motors) and drive"},
-      {qbmove + held, "[[actuator]] has no key 'theta'"},
+      {qbmove + held, "[[actuator]] lacks the key 'theta'"},
       {qbmove + fixed + held +
            "[[element]]\ntype = \"dc_motor\"\nname = \"m\"\njoint = \"elbow\"\nresistance = "
            "1\ninductance = 0.1\nconstant = 0.1\nvoltage = { constant = 1 }\n",
@@ -142,12 +142,12 @@ TEST_F(Scenes, MistakesAreRefusedWithTheirLine) {
       {elbow + "device = \"sea_100\"\n" + fixed + held,
        "the energy of 'series_elastic' does not depend on sigma, expected none"},
       {elbow + "device = \"edinburgh\"\n" + fixed + "sigma = { drive = \"fixed\", start = 1 }",
-       "theta has no key 'start', expected a number of rad: this spring is at rest at no one "
+       "theta lacks the key 'start', expected a number of rad: this spring is at rest at no one "
        "angle"},
       {qbmove + "theta = { drive = \"rate\", command = { constant = 1 }, inertia = 1 }\n" + held,
        "theta.inertia is given with drive = \"rate\""},
       {qbmove + "theta = { drive = \"torque\", inertia = 1 }\n" + held,
-       "theta has no key 'command', expected a table"},
+       "theta lacks the key 'command', expected a table"},
       {qbmove + fixed + held + "joints = 1",
        "unknown key 'joints' in [[actuator]], the nearest known one is 'joint'"},
       {"joint = \"wrist\"\ndevice = \"qbmove_advanced\"\n" + fixed + held,

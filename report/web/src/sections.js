@@ -37,22 +37,10 @@ function jumpTime(series) {
   return step > 0.5 * top && stays ? series.t[at] : null;
 }
 
-/** How an energy error grows. Its exponent says "rounding" only of errors of the size of rounding, a few units of it times √steps. */
-export function growthWords(e, steps, series, recorded = false, unequal = false) {
-  const g = e.growth_exponent, unit = 2 ** -52, rounding = e.max_rel_error <= 4 * unit * Math.sqrt(Math.max(1, steps));
-  if (!(e.max_rel_error < Infinity)) return "is not a finite number";
-  if (e.max_rel_error < unit) return "is below one rounding of a double";
-  const drifts = `by ${number(e.drift_per_s)} per second`;
-  if (g === null) return e.drift_is_significant && !rounding ? `drifts ${drifts}` : unequal ? "is known at unequal intervals, which do not tell how it grows" : "has too few records or swings to tell how it grows";
-  const swings = e.swing_growth >= 2 && !rounding ? `swings, and its swings grow ${number(e.swing_growth)}-fold over the run` : "";
-  const jump = rounding ? null : jumpTime(series), exponent = ` (exponent ${g.toFixed(2)})`;
-  if (jump !== null) return `jumps at about ${duration(jump)}: the motion is not resolved there`;
-  if (g >= 0.75) return `drifts, like t or faster${exponent}${e.drift_is_significant ? "" : ", by an amount that is not significant"}`;
-  const whole = series ? Math.abs(e.drift_per_s) * series.t[series.t.length - 1] : 0;
-  if (e.drift_is_significant && !rounding) return `drifts ${drifts}${whole > 0.5 * e.max_rel_error ? `; the exponent is that of the swings on it` : ", which is hidden in the scatter of single records"}${exponent}`;
-  if (swings) return swings + exponent;
-  if (rounding) return `${g < 0.25 ? "stays bounded" : "grows like rounding, √t"}${exponent}`;
-  return g < 0.25 ? `stays bounded${exponent}, above rounding: ${recorded ? "the digits of the file, or its method" : "the truncation of the method"}` : `grows${exponent}, by more than rounding: part of the motion is resolved less finely than the rest`;
+/** How the energy error grows: as the program says it, but for a jump, which only the series shows. */
+function growth(e, steps, series) {
+  const rounding = e.max_rel_error <= 2 ** -50 * Math.sqrt(Math.max(1, steps)), jump = rounding ? null : jumpTime(series);
+  return jump === null ? e.growth : `jumps at about ${duration(jump)}: the motion is not resolved there`;
 }
 
 export function verdict(d) {
@@ -67,7 +55,7 @@ export function verdict(d) {
   const tile = (value, text) => h("div", { class: "tile" }, h("b", {}, value), h("span", {}, text));
   return section("verdict", "Verdict",
     h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : open ? "open" : "fail"}` }, pass ? "Pass" : open ? "Not judged" : "Fail"),
-      h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, `The energy error ${growthWords(s.energy, s.steps, d.series, s.method === "recorded", s.notes.some((n) => n.startsWith("the rows are at unequal intervals")))}.`))),
+      h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, `The energy error ${growth(s.energy, s.steps, d.series)}.`))),
     s.checks.length + none.length ? card(table(["check", "", "value", "limit", "against the limit"],
       [...s.checks.map((c) => c.name === "outcome" ? [names.outcome, h("span", { class: "word fail" }, "✗ fail"), "no", "–", ""] : [names[c.name] || c.name.replaceAll("_", " "), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail"), number(c.value), number(c.limit), room(c)]),
         ...none.map((n) => [names[n.name] || n.name.replaceAll("_", " "), h("span", { class: "soft" }, "not applicable"), "–", "–", h("span", { class: "soft" }, n.why)])], ["", "", "n", "n", ""])) : "",

@@ -1,0 +1,16 @@
+#pragma once
+#include <string>
+
+#include "scene/run/run_report.h"
+
+namespace porthos::scene {
+
+/// Begins the note of a run whose rows are at unequal intervals.
+inline constexpr const char* unequal_rows = "the rows are at unequal intervals";
+
+/// How the energy error of a run grew, for people: what follows "the energy error", as in "grows
+/// like rounding, √t (growth exponent 0.48)". An exponent speaks of rounding only where the error
+/// is a few units of rounding times √steps; a significant drift is told with its rate.
+std::string growth_words(const RunReport& r);
+
+}  // namespace porthos::scene

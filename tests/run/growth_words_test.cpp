@@ -1,0 +1,66 @@
+#include "scene/run/growth_words.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace {
+
+using namespace porthos;
+
+/// A run of a million steps over 1000 s, whose rounding is below 8.9e-13.
+scene::RunReport run(double error, double exponent, double drift = 0, double swings = 1) {
+  scene::RunReport r;
+  r.method = "gauss8";
+  r.steps = 1000000;
+  r.simulated_s = 1000;
+  r.energy.max_rel_error = error;
+  r.energy.growth_exponent = exponent;
+  r.energy.drift_per_s = drift;
+  r.energy.drift_is_significant = drift != 0;
+  r.energy.swing_growth = swings;
+  return r;
+}
+
+TEST(GrowthWords, OfEachKindOfError) {
+  const auto words = [](const scene::RunReport& r) { return scene::growth_words(r); };
+  EXPECT_EQ(words(run(NAN, 0.5)), "is not a finite number");
+  EXPECT_EQ(words(run(1e-16, 0.5)), "is below one rounding of a double");
+  EXPECT_EQ(words(run(1e-13, 0.48)), "grows like rounding, √t (growth exponent 0.48)");
+  EXPECT_EQ(words(run(1e-13, 0.02)), "stays bounded (growth exponent 0.02)");
+  EXPECT_EQ(words(run(1e-9, 0.02)),
+            "stays bounded (growth exponent 0.02), above rounding: the truncation of the method");
+  // The same exponent of an error that is no rounding is none of it.
+  EXPECT_EQ(words(run(1e-9, 0.48)),
+            "grows (growth exponent 0.48), by more than rounding: part of the motion is resolved "
+            "less finely than the rest");
+  EXPECT_EQ(words(run(1e-6, 0.97, 1e-9)),
+            "drifts, like t or faster (growth exponent 0.97), by 1e-09 per s");
+  EXPECT_EQ(words(run(1e-6, 0.97)),
+            "drifts, like t or faster (growth exponent 0.97), by an amount that is not "
+            "significant");
+  EXPECT_EQ(words(run(1e-6, 0.3, 9e-10)),
+            "drifts by 9e-10 per s (growth exponent 0.30); the exponent is that of the swings on "
+            "it");
+  EXPECT_EQ(words(run(1e-6, 0.3, 1e-10)),
+            "drifts by 1e-10 per s (growth exponent 0.30), which is hidden in the scatter of "
+            "single records");
+  EXPECT_EQ(words(run(1e-6, 0.1, 0, 3)),
+            "swings, and its swings grow 3-fold (growth exponent 0.10)");
+  EXPECT_EQ(words(run(1e-6, NAN)), "has too few records or swings to tell how it grows");
+  EXPECT_EQ(words(run(1e-6, NAN, 1e-9)), "drifts by 1e-09 per s");
+}
+
+TEST(GrowthWords, OfARecordedMotion) {
+  auto r = run(1e-9, 0.02);
+  r.method = "recorded";
+  EXPECT_EQ(scene::growth_words(r),
+            "stays bounded (growth exponent 0.02), above rounding: the digits of the file, or its "
+            "method");
+  r.energy.growth_exponent = NAN;
+  r.notes = {"the rows are at unequal intervals (from 0.1 to 0.3 s)"};
+  EXPECT_EQ(scene::growth_words(r),
+            "is known at unequal intervals, which do not tell how it grows");
+}
+
+}  // namespace
