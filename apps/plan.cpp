@@ -19,6 +19,11 @@ std::string plan_text(const scene::PlanReport& r, const std::string& title,
       p.approach > 0 ? fmt::format("{} + ", p.approach) : "", p.iterations, r.seconds, p.residual,
       p.defect, p.stationarity, p.complementarity);
   if (r.without_approach) text += "begun       at the straight line: the approach led nowhere\n";
+  if (r.end_time)
+    text += fmt::format("end time    {:.10g} s of free ones{}\n", r.duration,
+                        r.duration == r.end_time->shortest  ? ", the shortest that is allowed"
+                        : r.duration == r.end_time->longest ? ", the longest that is allowed"
+                                                            : "");
   if (p.active_limits > 0) text += fmt::format("limits      {} are reached\n", p.active_limits);
   for (const auto& note : r.notes) text += "note        " + note + "\n";
   if (p.status != planning::Plan::Status::optimal)

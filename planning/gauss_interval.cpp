@@ -147,8 +147,8 @@ void GaussInterval::differentiate() {
   }
 }
 
-void GaussInterval::hessian(const Vector& lambda, bool exact, Matrix& H) {
-  const long z = nx_ + nu_;
+/// η of Mᵀ η = λ' + Σ μ_ij h b_i ∂l_i
+Vector GaussInterval::adjoint_stages(const Vector& lambda) const {
   Vector eta(s_ * nx_);
   for (long j = 0; j < s_; ++j) {
     auto e = eta.segment(j * nx_, nx_);
@@ -156,7 +156,23 @@ void GaussInterval::hessian(const Vector& lambda, bool exact, Matrix& H) {
     for (long i = 0; i < s_; ++i)
       e += hb_[size_t(i)] * table_.mu[size_t(i * s_ + j)] * dl_.col(i).head(nx_);
   }
-  eta = lu_.transpose().solve(eta);
+  return lu_.transpose().solve(eta);
+}
+
+double GaussInterval::by_length(const Vector& lambda) const {
+  const Vector eta = adjoint_stages(lambda);
+  double sum = 0;
+  for (long i = 0; i < s_; ++i) {
+    const Eigen::Map<const Vector> f(f_.data() + i * nx_, nx_);
+    sum += hb_[size_t(i)] *
+           (eta.segment(i * nx_, nx_).dot(f) + point_.value(f.data(), u_.data() + i * nu_));
+  }
+  return sum / p_.step();
+}
+
+void GaussInterval::hessian(const Vector& lambda, bool exact, Matrix& H) {
+  const long z = nx_ + nu_;
+  Vector eta = adjoint_stages(lambda);
   if (!exact) eta.setZero();
   std::vector<Matrix> own(size_t(s_), Matrix(z, z));
   for (long i = 0; i < s_; ++i) {

@@ -55,6 +55,7 @@ void NewtonIteration::finish(Plan& plan) {
   const auto list = [](const auto& part) { return std::vector<double>(part.begin(), part.end()); };
   plan.motion.x = list(at_.v.head(shooting_.at_w(0)));
   plan.motion.u = list(at_.v.tail(shooting_.N() * shooting_.nw()));
+  plan.duration_slope = shooting_.by_duration(at_.lambda);
   at_.lambda.head(shooting_.nx()) = shooting_.at_start(at_.lambda);
   plan.costates = list(at_.lambda);
   plan.goal_multipliers = list(at_.nu);

@@ -32,6 +32,9 @@ struct Plan {
   /// λ at the ends of the intervals, (intervals + 1) · nx: the derivative of the cost by the state
   /// there; λ_0 by the start. Of order 2s for inputs at the stages.
   std::vector<double> costates;
+  /// The derivative of the least cost by the duration, if the dynamics do not depend on the time
+  /// and the goals at the end neither.
+  double duration_slope = 0;
   std::vector<double> goal_multipliers;  ///< of each goal: minus the derivative of the cost by its
                                          ///< value
   /// Largest violation of the conditions of an optimum: of its equations (the steps and the goals),

@@ -149,6 +149,13 @@ void Shooting::slope(const Vector& lambda, const Vector& nu, Vector& gradient) c
   gradient.segment(at_x(N_), nx_) = qp.C.transpose() * nu - lambda.segment(N_ * nx_, nx_);
 }
 
+double Shooting::by_duration(const Vector& lambda) const {
+  double sum = 0;
+  for (long k = 0; k < N_; ++k)
+    sum += intervals_[size_t(k)].by_length(lambda.segment((k + 1) * nx_, nx_));
+  return sum / double(N_);
+}
+
 Vector Shooting::at_start(const Vector& lambda) const {
   const auto& s = qp.stages.front();
   return s.g.head(nx_) + s.A.transpose() * lambda.segment(nx_, nx_);

@@ -37,11 +37,16 @@ class GaussInterval {
   /// After differentiate(): the Hessian along (x, w) of cost + λᵀx', or without the curvature of f.
   void hessian(const Vector& lambda, bool exact, Matrix& H);
 
+  /// After differentiate(): the derivative of cost + λᵀx' by the length h, Σ b_i (η_iᵀ f_i + l_i),
+  /// if f does not depend on t.
+  double by_length(const Vector& lambda) const;
+
  private:
   bool iterate(bool afresh);
   void spread(const double* w);
   void place(const Vector& L);
   void factorise();
+  Vector adjoint_stages(const Vector& lambda) const;
 
   const Problem& p_;
   const integrators::CollocationTable<double>& table_;

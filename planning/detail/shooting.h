@@ -43,6 +43,8 @@ class Shooting {
   void renew_slopes();
   /// After differentiate(): the gradient by v of cost + λᵀ(defects) + νᵀ(goals), without x_0.
   void slope(const Vector& lambda, const Vector& nu, Vector& gradient) const;
+  /// After differentiate(): the derivative of cost + λᵀ(defects) by the duration.
+  double by_duration(const Vector& lambda) const;
   /// λ_0: the derivative of the cost by the start.
   Vector at_start(const Vector& lambda) const;
 

@@ -34,6 +34,11 @@ class Plan(Mapping):
         return self.summary["cost"]
 
     @property
+    def duration(self) -> float:
+        """[s], found by the planner where the scene gives a time_weight."""
+        return self.summary["duration_s"]
+
+    @property
     def goals(self) -> dict[str, tuple[float, float]]:
         """Value and multiplier of each goal; the multiplier is minus the derivative of the cost by the value."""
         return {g["name"]: (g["value"], g["multiplier"]) for g in self.summary["goals"]}
@@ -61,7 +66,7 @@ class Plan(Mapping):
 
     def _rows(self) -> list[tuple[str, str]]:
         s = self.summary
-        return [("status", s["status"]), ("cost", f"{s['cost']:.10g}"), ("iterations", str(s["approach_iterations"] + s["iterations"])),
+        return [("status", s["status"]), ("duration", f"{s['duration_s']:.10g} s"), ("cost", f"{s['cost']:.10g}"), ("iterations", str(s["approach_iterations"] + s["iterations"])),
                 ("residual", short(s["residual"])), ("limits that are reached", str(s["active_limits"])),
                 ("replay ends within", short(s["replay_distance"])), *(("note", note) for note in s["notes"])]
 

@@ -99,6 +99,8 @@ Json plan_json(const PlanReport& r, const PlanProblem& made) {
           {"method", r.method},
           {"step_s", r.step},
           {"duration_s", r.duration},
+          {"duration_slope", plan.duration_slope},
+          {"time_weight", r.end_time ? Json(r.end_time->weight) : Json()},
           {"inputs", r.inputs},
           {"input_values", made.problem.inputs == planning::Inputs::held ? "held" : "polynomial"},
           {"goals", goals},
@@ -128,13 +130,16 @@ void replay(PlanReport& r) {
 
 /// The solver's plan from the guess. Where the approach leads nowhere it begins at the straight
 /// line itself, and `without_approach` says so.
-planning::Plan solved(const PlanProblem& made, planning::PlannerOptions options,
-                      bool& without_approach) {
+planning::Plan solved(PlanProblem& made, const std::optional<planning::EndTime>& end_time,
+                      planning::PlannerOptions options, bool& without_approach) {
   using Status = planning::Plan::Status;
   made.problem.check();
+  const double duration = made.problem.duration;
   const auto from_guess = [&]() -> std::optional<planning::Plan> {
     try {
-      return planning::solve(made.problem, made.guess, options);
+      made.problem.duration = duration;
+      return end_time ? planning::solve_end_time(made.problem, made.guess, *end_time, options)
+                      : planning::solve(made.problem, made.guess, options);
     } catch (const InvalidArgument&) {  // its first steps have no solution
       return {};
     }
@@ -161,16 +166,17 @@ PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string&
                 const std::atomic<bool>* stop) {
   PlanScene wanted = read_plan(scene);
   wanted.options.stop = stop;
-  const PlanProblem made = plan_problem(scene, assembly, wanted);
+  PlanProblem made = plan_problem(scene, assembly, wanted);
   PlanReport r;
   r.inputs = made.inputs;
   r.goals = made.goal_names;
   r.method = scene.method;
-  r.step = scene.step;
-  r.duration = scene.duration;
   const auto begin = std::chrono::steady_clock::now();
-  r.plan = solved(made, wanted.options, r.without_approach);
+  r.plan = solved(made, wanted.end_time, wanted.options, r.without_approach);
   r.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  r.duration = made.problem.duration;
+  r.step = made.problem.step();
+  r.end_time = wanted.end_time;
   r.replay = NAN;
   const std::filesystem::path folder(out);
   make_folder(folder);
@@ -189,7 +195,11 @@ PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string&
       make_folder((folder / name).parent_path());
       write_file(folder / name, content);
     }
-    write_file(r.replay_path, replay_scene(scene, made, r.plan.motion));
+    Scene timed = scene;
+    timed.step = r.step;
+    timed.duration = r.duration;
+    timed.record_every_given = scene.record_every_given && !r.end_time;
+    write_file(r.replay_path, replay_scene(timed, made, r.plan.motion));
     replay(r);
     if (!r.replays())
       r.notes.push_back(fmt::format(

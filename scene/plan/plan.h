@@ -14,8 +14,9 @@ struct PlanReport {
   planning::Plan plan;
   std::vector<std::string> inputs, goals;  ///< names
   std::string method;
-  double step = 0, duration = 0;  ///< [s]
-  double seconds = 0;             ///< wall time of the solver
+  double step = 0, duration = 0;                   ///< [s], of the plan
+  std::optional<planning::EndTime> end_time = {};  ///< if it was free
+  double seconds = 0;                              ///< wall time of the solver
   /// Largest distance of the end of the replayed run from the planned end, over the state numbers,
   /// each relative to 1 + its size; NaN if the replay failed.
   double replay = 0;

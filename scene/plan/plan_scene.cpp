@@ -90,6 +90,30 @@ PlannedJoint read_joint(const std::string& name, const std::string& where, const
   return j;
 }
 
+/// An end time that is free. Its plans are compared at several durations, so nothing may depend on
+/// the time itself.
+std::optional<planning::EndTime> read_end_time(const Scene& scene, const Table& t) {
+  if (!t.has("time_weight")) {
+    for (const char* key : {"shortest", "longest"})
+      if (t.has(key)) t.fail(key, "is given without time_weight, expected both or neither");
+    return {};
+  }
+  planning::EndTime free{.weight = t.positive("time_weight")};
+  if (t.has("shortest")) free.shortest = t.positive("shortest");
+  if (t.has("longest")) free.longest = t.positive("longest");
+  for (const char* key : {"shortest", "longest"})
+    if (t.has(key) && !(free.shortest <= scene.duration && scene.duration <= free.longest))
+      t.fail(key, fmt::format("is {} s, but the search begins at [run] duration = {} s, expected "
+                              "shortest <= duration <= longest",
+                              t.number(key), scene.duration));
+  for (const Element& e : scene.elements)
+    if (e.type == "force")
+      refuse(e.where,
+             "[plan] time_weight frees the end time, and a force may depend on the time, "
+             "expected no element of type \"force\"");
+  return free;
+}
+
 /// Offset of a joint of one freedom in x, and its port.
 struct Place {
   int q;
@@ -132,6 +156,7 @@ PlanScene read_plan(const Scene& scene) {
   p.options.iterations = int(std::min<std::uint64_t>(t.whole("iterations"), 1000000));
   p.options.tolerance = t.positive("tolerance");
   p.smoothing = t.positive("smoothing");
+  p.end_time = read_end_time(scene, t);
   t.require("joints", "a table of joints");
   t.each("joints", [&](const std::string& name, const std::string& where, const Table& own) {
     p.joints.push_back(read_joint(name, where, own));

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "planning/planner.h"
+#include "planning/end_time.h"
 #include "scene/assemble/assembly.h"
 
 /// The [plan] of a scene: joint torques that bring it to goals at least cost. Keys:
@@ -29,6 +29,7 @@ struct PlanScene {
   planning::Inputs inputs = planning::Inputs::held;
   planning::PlannerOptions options;
   double smoothing = 1;  ///< of drawn power [W]
+  std::optional<planning::EndTime> end_time = {};
   std::vector<PlannedJoint> joints;
   std::optional<std::array<double, 4>> attitude = {};  ///< of the base, at the end
   double base_weight = 0;                              ///< of ∫ |ω|²

@@ -37,7 +37,9 @@ std::string replay_scene(const Scene& scene, const PlanProblem& made,
   // of the command line, if they were given there
   integrator.insert_or_assign("method", scene.method);
   integrator.insert_or_assign("step", scene.step);
-  root["run"].as_table()->insert_or_assign("duration", scene.duration);
+  toml::table& run = *root["run"].as_table();
+  run.insert_or_assign("duration", scene.duration);
+  if (!scene.record_every_given) run.erase("record_every");  // it is no multiple of a new step
   std::ostringstream text;
   text << "# A plan as a scene: written by porthos plan from " << scene.path << ".\n"
        << root << "\n";

@@ -8,6 +8,7 @@
 #include "scene/plan/plan.h"
 #include "scene/session/run.h"
 #include "tests/places.h"
+#include "tests/support/bounds.h"
 
 namespace porthos::planning::plan_scene_test {
 namespace {
@@ -83,6 +84,45 @@ TEST_F(PlanScene, WritesASceneThatReplays) {
   const auto run = scene::run(replay, scene::assemble(replay), options);
   EXPECT_EQ(run.verdict(), scene::Verdict::pass);
   EXPECT_DOUBLE_EQ(run.energy.max_rel_error, r.replay_energy);
+}
+
+/// A second costs as much as 40 N² s: the end time is found, and the replay ends there.
+TEST_F(PlanScene, EndTimeThatIsFree) {
+  const std::string rest = "\n[verify]\nbalance = 1e-12\n\n[plan]\n";
+  const Scene s = changed("duration = 2.0\n" + rest,
+                          "duration = 2.0\nrecord_every = 0.08\n" + rest + "time_weight = 40\n");
+  const auto r = scene::plan(s, scene::assemble(s), (folder_ / "free").string());
+  ASSERT_EQ(r.plan.status, Plan::Status::optimal);
+  std::printf("  T = %.10f s, J = %.8f\n", r.duration, r.plan.cost);
+  test::keeps("slope of the cost by the duration, of its weight",
+              std::fabs(r.plan.duration_slope / 40 + 1), 1e-9);
+  test::breaks("control: off the duration of the scene [s]", std::fabs(r.duration - s.duration),
+               0.1);
+  test::keeps("the replay's end, relative", r.replay, 1e-12);
+  const Scene replay = read_scene(r.replay_path);
+  EXPECT_DOUBLE_EQ(replay.duration, r.duration);
+  EXPECT_DOUBLE_EQ(replay.duration / replay.step, 50);
+  for (const double by : {0.97, 1.03}) {  // plans of durations beside it, from its torques
+    auto made = scene::plan_problem(s, scene::assemble(s), scene::read_plan(s));
+    made.problem.duration = by * r.duration;
+    const Plan beside = solve(made.problem, r.plan.motion);
+    EXPECT_GT(beside.cost + 40 * made.problem.duration, r.plan.cost * (1 + 1e-6)) << by;
+  }
+}
+
+TEST_F(PlanScene, EndTimesThatAreRefused) {
+  const auto says = [&](const std::string& keys, const std::string& words) {
+    const auto why = refusal("[plan]\n", "[plan]\n" + keys);
+    EXPECT_NE(why.find(words), why.npos) << why;
+  };
+  says("longest = 3\n", "longest is given without time_weight");
+  says("time_weight = 0\n", "time_weight is 0");
+  says("time_weight = 1\nlongest = 1\n",
+       "longest is 1 s, but the search begins at [run] duration = 2 s");
+  const auto why = refusal("[plan]\n",
+                           "[[element]]\ntype = 'force'\njoint = 'slide'\nconstant = 1\n"
+                           "[plan]\ntime_weight = 1\n");
+  EXPECT_NE(why.find("expected no element of type \"force\""), why.npos) << why;
 }
 
 /// An override of the command line is in the replay too.
