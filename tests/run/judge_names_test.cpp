@@ -7,6 +7,7 @@
 #include <regex>
 
 #include "scene/judge/judge_file.h"
+#include "scene/run/growth_words.h"
 #include "scene/session/export.h"
 #include "tests/places.h"
 #include "tests/run/scenes.h"
