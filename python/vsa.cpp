@@ -104,15 +104,22 @@ void bind_families(py::module_& m) {
       "A member of a family; parameters by name, see families().");
   m.def(
       "table",
-      [](const std::string& csv_file, double smoothing, const vsa::Limits& limits) {
-        return std::const_pointer_cast<Elastic>(
-            vsa::tabulated(vsa::read_measurements(csv_file, smoothing), limits, 0.02, smoothing));
+      [](const std::string& csv_file, double smoothing, const vsa::Limits& limits,
+         double relative_smoothing) {
+        const vsa::TorqueErrors errors{smoothing, relative_smoothing};
+        const auto rows = vsa::read_measurements(csv_file, errors);
+        auto spring = std::const_pointer_cast<Elastic>(vsa::tabulated(rows, limits, 0.02, errors));
+        if (!rows.remark.empty() && PyErr_WarnEx(PyExc_UserWarning, rows.remark.c_str(), 1) != 0)
+          throw py::error_already_set();
+        return spring;
       },
       arg("csv_file"), arg("smoothing") = 0.0, arg("limits") = vsa::Limits{},
+      arg("relative_smoothing") = 0.0,
       R"(A measured spring, from a CSV file as the key table of an [[actuator]]: docs/tutorials/actuator.md.
 
 csv_file: columns deflection [rad], torque [N m] and, where measured, sigma, stiffness [N m/rad] and sigma_effort.
 smoothing: standard deviation of the errors of the torques [N m]; more than 0: places need be no grid and may be repeated.
+relative_smoothing: the same as a share of each torque, as 0.03. Warns of torques that scatter more than stated, or less.
 limits: where none are given for sigma, it has the range of the file. InvalidArgument with file and line: it fits no energy.)");
   m.def(
       "formula",

@@ -99,11 +99,13 @@ std::vector<Family> make_families() {
         {"stiffness", "N m/rad", true, true},
         {"sigma_effort", "J per unit of sigma", true, true},
         {"tolerance", "1", false, true},
-        {"smoothing", "N m", false, true}},
+        {"smoothing", "N m", false, true},
+        {"relative_smoothing", "1", false, true}},
        [](const Values& v, const Limits& l) {
          return tabulated({list(v, "deflection"), list(v, "sigma"), list(v, "torque"),
                            list(v, "stiffness"), list(v, "sigma_effort")},
-                          l, number(v, "tolerance", 0.02), number(v, "smoothing"));
+                          l, number(v, "tolerance", 0.02),
+                          {number(v, "smoothing"), number(v, "relative_smoothing")});
        }},
   };
 }

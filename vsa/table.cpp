@@ -119,26 +119,39 @@ void check_signs(const Measurements& m) {
 }
 
 /// The torques of each σ without their errors.
-Measurements smooth(const Measurements& measured, double deviation) {
+Measurements smooth(const Measurements& measured, const TorqueErrors& errors) {
   Measurements m = measured;
   const size_t n = m.deflection.size();
   for (size_t j = 0; j < m.sigma.size(); ++j) {
     const auto first = m.torque.begin() + long(j * n);
-    std::ranges::copy(phs::smoothed(m.deflection, {first, first + long(n)}, deviation), first);
+    const std::vector<double> row(first, first + long(n));
+    std::ranges::copy(phs::smoothed(m.deflection, row, errors.of(row)), first);
+  }
+  return m;
+}
+
+/// A spring pulls back harder the further it is drawn, between the places of the table too.
+void check_stiffness(const Measurements& m, const TorqueErrors& errors) {
+  for (size_t j = 0; j < m.sigma.size(); ++j) {
     const Spline row = Splines{m}.row(m.torque, j);
-    for (size_t i = 1; i < n; ++i) {  // the slope b + 2 c d + 3 e d² of each piece between places
+    for (size_t i = 1; i < m.deflection.size(); ++i) {
+      // the slope b + 2 c d + 3 e d² of each piece between places
       const auto& p = row.pieces()[i];
       const double h = m.deflection[i] - m.deflection[i - 1];
       const double turn = p.d > 0 ? std::clamp(-p.c / (3 * p.d), 0.0, h) : 0.0;
       for (const double d : {0.0, turn, h})
         if (const double k = p.b + d * (2 * p.c + 3 * d * p.d); !(k >= 0))
           refuse_table(fmt::format(
-              "with smoothing = {} N m the stiffness is {:.4g} N m/rad at sigma = {} and {:.4g} "
-              "rad, expected 0 or more: state the errors of the torques, or measure again",
-              deviation, k, m.sigma[j], m.deflection[i - 1] + d));
+              "with {} the stiffness is {:.4g} N m/rad at sigma = {} and {:.4g} rad, expected 0 or "
+              "more: {}",
+              errors.absolute > 0   ? fmt::format("smoothing = {} N m", errors.absolute)
+              : errors.relative > 0 ? fmt::format("relative_smoothing = {}", errors.relative)
+                                    : "no smoothing",
+              k, m.sigma[j], m.deflection[i - 1] + d,
+              errors.any() ? "state the errors of the torques, or measure again"
+                           : "smoothing [N m] takes out noise"));
     }
   }
-  return m;
 }
 
 void check_torques(const Measurements& m, double tolerance) {
@@ -242,18 +255,22 @@ constexpr const char* no_pretension =
     "sigma, so the work and the effort of the sigma drive lack the pretension";
 
 ElasticPtr tabulated(const Measurements& measured, const Limits& limits, double tolerance,
-                     double smoothing) {
+                     const TorqueErrors& errors) {
   check_grid(measured);
   check_signs(measured);
   Limits l = limits;
   if (l.sigma_lower == -HUGE_VAL) l.sigma_lower = measured.sigma.front();
   if (l.sigma_upper == HUGE_VAL) l.sigma_upper = measured.sigma.back();
-  require(smoothing >= 0, family, "the smoothing", smoothing, "0 N m or more");
+  require(errors.absolute >= 0, family, "the smoothing", errors.absolute, "0 N m or more");
+  require(errors.relative >= 0 && errors.relative < 1, family, "the relative smoothing",
+          errors.relative, "0 or more, and less than 1");
   const Measurements m =
-      smoothing > 0 && !measured.without_errors ? smooth(measured, smoothing) : measured;
+      errors.any() && !measured.without_errors ? smooth(measured, errors) : measured;
   require(tolerance > 0 && tolerance < 1, family, "the tolerance", tolerance,
           "a number between 0 and 1");
+  if (errors.any()) check_stiffness(m, errors);
   check_torques(m, tolerance);
+  if (!errors.any()) check_stiffness(m, errors);
   if (!m.sigma_effort.empty()) check_curl(m, tolerance);
   const bool without_pretension = m.sigma.size() > 1 && m.sigma_effort.empty();
   return make_elastic(surface(m), {.family = family,

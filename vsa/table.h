@@ -8,6 +8,16 @@
 /// deflections and σ.
 namespace porthos::vsa {
 
+/// The standard deviations of the errors of measured torques.
+struct TorqueErrors {
+  double absolute = 0;  ///< of every torque [N m]
+  double relative = 0;  ///< of each torque, as a share of its magnitude
+  TorqueErrors(double absolute_ = 0, double relative_ = 0)
+      : absolute(absolute_), relative(relative_) {}
+  bool any() const { return absolute > 0 || relative > 0; }
+  std::vector<double> of(const std::vector<double>& torques) const;
+};
+
 /// Columns are stored with the deflection as the fast index: value(i, j) = values[j · deflections +
 /// i].
 struct Measurements {
@@ -17,36 +27,35 @@ struct Measurements {
   std::vector<double> stiffness;   ///< ∂²E/∂φ² [N m/rad], or empty
   std::vector<double> sigma_effort;  ///< ∂E/∂σ, or empty: E(0, σ) is then 0
   bool without_errors = false;       ///< the torques are smoothed already
-  double scatter = 0;      ///< of the torques as measured, at the worst σ (phs::scatter) [N m]
-  double one_setting = 0;  ///< settings of σ that differ by less were taken as one, by their mean
+  double scatter = 0;       ///< of the torques as measured, at the worst σ (phs::scatter) [N m]
+  double one_setting = 0;   ///< settings of σ that differ by less were taken as one, by their mean
+  std::string remark = {};  ///< what is odd about it, a sentence for people; empty: nothing
 };
 
 /// Reads columns "deflection", "torque" and, if present, "sigma" (else 0), "stiffness",
 /// "sigma_effort" of a CSV file (phs/csv_table.h), with columns and rows in any order. SI units.
-/// @param smoothing  standard deviation of the errors of the torques [N m]. If it is more than 0,
-///   the places need be no grid, and may be repeated (loading and unloading): the curve of each σ
+/// @param errors  of the torques. If there are any, the places need be no grid, and may be repeated (loading and unloading): the curve of each σ
 ///   is smoothed through its own places and taken at evenly spaced deflections, at most 200. Places
 ///   nearer than half of that spacing are one, with the means of their numbers. Where a setting of
 ///   σ has fewer than four places, as one that is measured and jitters, settings that follow each
 ///   other by less than 1/50 of their range are one
 /// @throws InvalidArgument "file:line: ..." for a missing column or number, and without smoothing
 ///   for a duplicate grid point or a hole in the grid
-Measurements read_measurements(const std::string& csv_file, double smoothing = 0);
+Measurements read_measurements(const std::string& csv_file, const TorqueErrors& errors = {});
 /// The same from a text; `path` replaces the file name in messages.
 Measurements parse_measurements(const std::string& text, const std::string& path,
-                                double smoothing = 0);
+                                const TorqueErrors& errors = {});
 
 /// E(φ, σ) = E0(σ) + ∫ τ dφ, with the torques interpolated by natural cubic splines in both
 /// directions (E is C³ in φ, C² in σ, linear torque outside). A range of σ that l leaves open is
 /// that of the table. Cost of an evaluation: about 100 ns.
 /// @param tolerance  relative deviation of the columns from a single energy, to allow for noise
-/// @param smoothing  standard deviation of the errors of the torques [N m]. More than 0: the
-///   torques of each σ are replaced by those of the curve that bends least among those as far from
-///   them as their errors (phs::smoothed), whose stiffness must be 0 or more everywhere
-/// @throws InvalidArgument if torque does not increase with deflection, if the stiffness is not the
-/// torque's derivative, or if no energy fits the table: the work around a cell of the grid, ∮ τ dφ
+/// @param errors  if there are any, the torques of each σ are replaced by those of the curve that
+///   bends least among those as far from them as their errors (phs::smoothed)
+/// @throws InvalidArgument if torque does not increase with deflection, if the splines have a
+/// stiffness below 0 anywhere, if the stiffness is not the torque's derivative, or if no energy fits the table: the work around a cell of the grid, ∮ τ dφ
 /// + s dσ, is not 0
 ElasticPtr tabulated(const Measurements& m, const Limits& l = {}, double tolerance = 0.02,
-                     double smoothing = 0);
+                     const TorqueErrors& errors = {});
 
 }  // namespace porthos::vsa

@@ -12,6 +12,7 @@
 #include "phs/error.h"
 #include "phs/functions/smoothing.h"
 #include "phs/functions/spline.h"
+#include "vsa/detail/table_remark.h"
 #include "vsa/table.h"
 
 namespace porthos::vsa {
@@ -48,23 +49,20 @@ std::optional<Measurements> grid_of(const Rows& rows, const std::array<bool, 5>&
 /// Of a gridded table, at each σ.
 constexpr size_t most_places = 200;
 
-struct Curve {
-  std::vector<double> x, y;
-};
 const char* const taken_as_one =
     " (settings of sigma nearer than 1/50 of their range count as one)";
 
 /// The places of each setting of σ in order of their deflections. Settings that jitter are put
 /// together: `one` is then the distance below which they are. @throws InvalidArgument for values
 /// that chain over a fifth of their range: they are no settings
-std::map<double, Curve> by_setting(const Rows& rows, double& one, const std::string& path) {
+MeasuredCurves by_setting(const Rows& rows, double& one, const std::string& path) {
   std::map<double, std::vector<std::pair<double, double>>> settings;
   for (const auto& [place, repeated] : rows)
     for (const auto& row : repeated) settings[place.first].emplace_back(place.second, row[2]);
   const auto few = [](const auto& s) { return s.second.size() < 4; };
   if (std::ranges::any_of(settings, few))
     one = (settings.rbegin()->first - settings.begin()->first) / 50;
-  std::map<double, Curve> curves;
+  MeasuredCurves curves;
   for (auto at = settings.begin(); at != settings.end();) {
     const double begin = at->first;
     double last = begin, sum = 0;
@@ -80,7 +78,7 @@ std::map<double, Curve> by_setting(const Rows& rows, double& one, const std::str
           "expected settings: round each sigma to the setting it was meant to be",
           path, begin, last, one));
     std::ranges::stable_sort(places, {}, &std::pair<double, double>::first);
-    Curve& c = curves[sum / double(places.size())];
+    auto& c = curves[sum / double(places.size())];
     for (const auto& [x, y] : places) {
       c.x.push_back(x);
       c.y.push_back(y);
@@ -92,9 +90,9 @@ std::map<double, Curve> by_setting(const Rows& rows, double& one, const std::str
 /// A grid over the deflections that every σ has, from the smoothed curve of each σ through its own
 /// places. Those nearer than half the finest spacing of a grid, as of an encoder that jitters,
 /// count by their mean.
-Measurements gridded(const Rows& rows, double smoothing, const std::string& path) {
+Measurements gridded(const Rows& rows, const TorqueErrors& errors, const std::string& path) {
   Measurements m;
-  std::map<double, Curve> curves;
+  MeasuredCurves curves;
   for (const auto& [sigma, c] : by_setting(rows, m.one_setting, path)) {
     const double one = 0.5 * (c.x.back() - c.x.front()) / double(most_places);
     for (size_t first = 0, i = 1; i <= c.x.size(); ++i) {
@@ -128,24 +126,25 @@ Measurements gridded(const Rows& rows, double smoothing, const std::string& path
     m.deflection.push_back(i + 1 == n ? to : from + (to - from) * double(i) / double(n - 1));
   for (const auto& [sigma, c] : curves) {
     m.scatter = std::max(m.scatter, phs::scatter(c.x, c.y));
-    const phs::Spline f(c.x, phs::smoothed(c.x, c.y, smoothing), phs::Spline::Outside::linear,
+    const phs::Spline f(c.x, phs::smoothed(c.x, c.y, errors.of(c.y)), phs::Spline::Outside::linear,
                         "tabulated");
     for (const double x : m.deflection) m.torque.push_back(f.value(x));
   }
+  m.remark = remark_on(m, curves, errors, path);
   return m;
 }
 
 }  // namespace
 
-Measurements read_measurements(const std::string& path, double smoothing) {
+Measurements read_measurements(const std::string& path, const TorqueErrors& errors) {
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   if (!file) throw_unreadable(fmt::format("{}: cannot be opened", path), errno);
-  return parse_measurements({std::istreambuf_iterator<char>(file), {}}, path, smoothing);
+  return parse_measurements({std::istreambuf_iterator<char>(file), {}}, path, errors);
 }
 
 Measurements parse_measurements(const std::string& text, const std::string& path,
-                                double smoothing) {
+                                const TorqueErrors& errors) {
   const CsvTable table(path, text);
   for (const auto& name : table.names())
     if (std::find(names.begin(), names.end(), name) == names.end())
@@ -169,7 +168,7 @@ Measurements parse_measurements(const std::string& text, const std::string& path
     for (size_t k = 0; k < names.size(); ++k)
       if (!columns[k].empty()) row[k] = columns[k][i];
     auto& same = rows[{row[1], row[0]}];
-    if (!same.empty() && smoothing == 0)
+    if (!same.empty() && !errors.any())
       throw InvalidArgument(
           fmt::format("{}: deflection {} and sigma {} are given twice (smoothing [N m] takes "
                       "repeated measurements)",
@@ -177,14 +176,16 @@ Measurements parse_measurements(const std::string& text, const std::string& path
     same.push_back(row);
   }
   if (auto m = grid_of(rows, there)) {
+    MeasuredCurves curves;
     for (size_t j = 0; j < m->sigma.size(); ++j) {
       const auto from = m->torque.begin() + long(j * m->deflection.size());
-      m->scatter = std::max(m->scatter,
-                            phs::scatter(m->deflection, {from, from + long(m->deflection.size())}));
+      auto& c = curves[m->sigma[j]] = {m->deflection, {from, from + long(m->deflection.size())}};
+      m->scatter = std::max(m->scatter, phs::scatter(c.x, c.y));
     }
+    m->remark = remark_on(*m, curves, errors, path);
     return *m;
   }
-  if (smoothing == 0 || rows.empty())
+  if (!errors.any() || rows.empty())
     throw InvalidArgument(
         fmt::format("{}: {} places are no grid, expected the same deflections at every sigma, or "
                     "smoothing [N m], which takes any places",
@@ -194,7 +195,7 @@ Measurements parse_measurements(const std::string& text, const std::string& path
         fmt::format("{}: places that are no grid come with a column '{}', expected deflection, "
                     "sigma and torque alone",
                     path, there[3] ? names[3] : names[4]));
-  return gridded(rows, smoothing, path);
+  return gridded(rows, errors, path);
 }
 
 }  // namespace porthos::vsa

@@ -10,23 +10,29 @@ namespace {
 /// Qᵀ takes second differences: (Qᵀ y)_j = (y_{j+2} - y_{j+1})/h_{j+1} - (y_{j+1} - y_j)/h_j.
 class Smoother {
  public:
-  Smoother(const std::vector<double>& x, const std::vector<double>& y) : y_(y), n_(x.size()) {
+  Smoother(const std::vector<double>& x, const std::vector<double>& y, const std::vector<double>& s)
+      : y_(y), n_(x.size()) {
     const double mean = (x.back() - x.front()) / double(n_ - 1);  // the spacings become about 1
     for (std::size_t i = 0; i + 1 < n_; ++i) h_.push_back((x[i + 1] - x[i]) / mean);
+    double size = 0;
+    for (const double each : s) size += each * each / double(n_);
+    for (const double each : s) v_.push_back(std::max(each * each / size, 1e-6));
+    most_ = double(n_) * size;
   }
-  /// y - w Q u with ((1 - w) R + w QᵀQ) u = Qᵀ y. w = 0 interpolates, w = 1 gives the straight
-  /// line; w / (1 - w) is the weight of bending against distances.
+  /// y - w V Q u with ((1 - w) R + w QᵀVQ) u = Qᵀ y, V = diag(s_i²). w = 0 interpolates, w = 1
+  /// gives the straight line; w / (1 - w) is the weight of bending against distances.
   std::vector<double> values(double w) const {
     const std::size_t m = n_ - 2;
     std::vector<double> d(m), e(m), f(m), u(m);  // L D Lᵀ: D, and two diagonals of L
     for (std::size_t j = 0; j < m; ++j) {
       const double a = 1 / h_[j], c = 1 / h_[j + 1], b = -a - c;
-      d[j] = (1 - w) * (h_[j] + h_[j + 1]) / 3 + w * (a * a + b * b + c * c);
+      d[j] = (1 - w) * (h_[j] + h_[j + 1]) / 3 +
+             w * (a * a * v_[j] + b * b * v_[j + 1] + c * c * v_[j + 2]);
       u[j] = (y_[j + 2] - y_[j + 1]) * c - (y_[j + 1] - y_[j]) * a;
       if (j + 1 < m) {
         const double next = 1 / h_[j + 2];
-        e[j] = (1 - w) * h_[j + 1] / 6 + w * (b * c + c * (-c - next));
-        if (j + 2 < m) f[j] = w * c * next;
+        e[j] = (1 - w) * h_[j + 1] / 6 + w * (b * c * v_[j + 1] + c * (-c - next) * v_[j + 2]);
+        if (j + 2 < m) f[j] = w * c * next * v_[j + 2];
       }
     }
     for (std::size_t j = 0; j < m; ++j) {
@@ -50,50 +56,70 @@ class Smoother {
     }
     std::vector<double> g = y_;
     for (std::size_t j = 0; j < m; ++j) {
-      g[j] -= w * u[j] / h_[j];
-      g[j + 1] += w * u[j] * (1 / h_[j] + 1 / h_[j + 1]);
-      g[j + 2] -= w * u[j] / h_[j + 1];
+      g[j] -= w * v_[j] * u[j] / h_[j];
+      g[j + 1] += w * v_[j + 1] * u[j] * (1 / h_[j] + 1 / h_[j + 1]);
+      g[j + 2] -= w * v_[j + 2] * u[j] / h_[j + 1];
     }
     return g;
   }
-  /// Σ (g_i - y_i)²; grows with w.
-  double distance(const std::vector<double>& g) const {
+  /// Whether Σ ((g_i - y_i)/s_i)² <= n; the sum grows with w.
+  bool near(const std::vector<double>& g) const {
     double sum = 0;
-    for (std::size_t i = 0; i < n_; ++i) sum += (g[i] - y_[i]) * (g[i] - y_[i]);
-    return sum;
+    for (std::size_t i = 0; i < n_; ++i) sum += (g[i] - y_[i]) * (g[i] - y_[i]) / v_[i];
+    return sum <= most_;
   }
 
  private:
   const std::vector<double>& y_;
   std::size_t n_;
-  std::vector<double> h_;
+  std::vector<double> h_, v_;  ///< v: s² over its mean
+  double most_ = 0;
 };
 
 }  // namespace
 
-std::vector<double> smoothed(const std::vector<double>& x, const std::vector<double>& y, double s) {
-  const Smoother smoother(x, y);
-  const double most = double(x.size()) * s * s;
+std::vector<double> smoothed(const std::vector<double>& x, const std::vector<double>& y,
+                             const std::vector<double>& s) {
+  const Smoother smoother(x, y, s);
   auto g = smoother.values(1);
-  if (smoother.distance(g) <= most) return g;
+  if (smoother.near(g)) return g;
   double low = -40, high = 60;  // of log(w / (1 - w))
   for (int i = 0; i < 100; ++i) {
     const double mid = (low + high) / 2;
     g = smoother.values(1 / (1 + std::exp(-mid)));
-    (smoother.distance(g) <= most ? low : high) = mid;
+    (smoother.near(g) ? low : high) = mid;
   }
   return smoother.values(1 / (1 + std::exp(-low)));
 }
 
 double scatter(const std::vector<double>& x, const std::vector<double>& y) {
+  return scatter(x, y, std::vector<double>(x.size(), 1.0));
+}
+
+double scatter(const std::vector<double>& x, const std::vector<double>& y,
+               const std::vector<double>& s) {
   if (x.size() < 3) return 0;
   double sum = 0;
   for (std::size_t i = 1; i + 1 < x.size(); ++i) {
     const double a = (x[i + 1] - x[i]) / (x[i + 1] - x[i - 1]), b = 1 - a;
     const double off = a * y[i - 1] + b * y[i + 1] - y[i];
-    sum += off * off / (1 + a * a + b * b);
+    const double variance = s[i] * s[i] + a * a * s[i - 1] * s[i - 1] + b * b * s[i + 1] * s[i + 1];
+    if (variance > 0) sum += off * off / variance;
   }
   return std::sqrt(sum / double(x.size() - 2));
+}
+
+double slope_error(const std::vector<double>& x, const std::vector<double>& y) {
+  std::size_t turns = 0;
+  double before = 0;
+  for (std::size_t i = 1; i + 1 < x.size(); ++i) {
+    const double second =
+        (y[i + 1] - y[i]) / (x[i + 1] - x[i]) - (y[i] - y[i - 1]) / (x[i] - x[i - 1]);
+    turns += second * before < 0;
+    before = second;
+  }
+  if (turns <= 3 || 5 * turns <= x.size()) return 0;
+  return std::sqrt(2.0) * scatter(x, y) * double(x.size() - 1) / std::fabs(y.back() - y.front());
 }
 
 }  // namespace porthos::phs

@@ -114,38 +114,14 @@ vsa::Formula read_formula(const Table& t) {
   return f;
 }
 
-/// What is odd about a table that can be used; empty: nothing.
-std::string remark_on(const vsa::Measurements& m, const std::string& path, double smoothing) {
-  const double widest = std::max(-m.deflection.front(), m.deflection.back());
-  if (widest > 2 * M_PI)
-    return fmt::format("{} has deflections up to {:.4g} rad, more than a turn: are they degrees?",
-                       path, widest);
-  if (smoothing > 3 * m.scatter)
-    return fmt::format(
-        "{}: smoothing states errors of {:.2g} N m, but neighbours scatter by {:.2g} N m only: the "
-        "curve may be flattened",
-        path, smoothing, m.scatter);
-  // A twentieth: the scatter of a hundred rows is known to a tenth, and the curve of errors stated
-  // too small follows them at once.
-  if (smoothing > 0 && smoothing < 0.95 * m.scatter)
-    return fmt::format(
-        "{}: smoothing states errors of {:.3g} N m, but neighbours scatter by {:.3g} N m: the "
-        "curve may follow the errors, and its stiffness more so; in doubt state a tenth more",
-        path, smoothing, m.scatter);
-  if (m.one_setting > 0)
-    return fmt::format("{}: settings of sigma nearer than {:.2g} count as one: {} are left", path,
-                       m.one_setting, m.sigma.size());
-  return "";
-}
-
 vsa::ElasticPtr read_table(const Table& t, std::string& remark) {
   const auto table = t.content("table");
-  const double smoothing = t.not_negative("smoothing");
-  const auto m = vsa::parse_measurements(table.text, table.path, smoothing);
-  remark = remark_on(m, table.path, smoothing);
+  const vsa::TorqueErrors errors{t.not_negative("smoothing"), t.not_negative("relative_smoothing")};
+  const auto m = vsa::parse_measurements(table.text, table.path, errors);
+  remark = m.remark;
   vsa::Limits limits;
   if (t.has("limits")) read_limits(t.table("limits"), limits);
-  return vsa::tabulated(m, limits, 0.02, smoothing);
+  return vsa::tabulated(m, limits, 0.02, errors);
 }
 
 vsa::ElasticPtr read_elastic(const Table& t, std::string& remark) {
@@ -156,8 +132,9 @@ vsa::ElasticPtr read_elastic(const Table& t, std::string& remark) {
                        given));
   if (t.has("parameters") && !t.has("family"))
     t.fail("parameters", "are given without a family, expected both or neither");
-  if (t.has("smoothing") && !t.has("table"))
-    t.fail("smoothing", "is given without a table, expected both or neither");
+  for (const char* key : {"smoothing", "relative_smoothing"})
+    if (t.has(key) && !t.has("table"))
+      t.fail(key, "is given without a table, expected both or neither");
   const bool by_formula = t.has("family") && t.choice("family") == "formula";
   if (t.has("energy") && !by_formula)
     t.fail("energy", "is given without family = \"formula\", expected both or neither");

@@ -43,6 +43,9 @@ struct Element {
   /// stop and dry friction.
   std::function<void(const Element&, const JointElement&)> add = {};
 
+  std::string remark = {};  ///< what is odd about it, for the notes of a run; empty: nothing
+  bool table = false;       ///< a spring from a table, whose third derivative jumps
+
   // Used outside the network.
   double rate = 0;    ///< [Hz], of a sampled controller; 0: continuous
   double period = 0;  ///< [s], of the pieces of a force; 0: it has none

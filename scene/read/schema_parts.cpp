@@ -222,6 +222,7 @@ std::vector<SchemaTable> part_tables() {
         table("parameters", "", "the family's", "see docs/actuators.md"),
         text("table", "one of the three", "CSV file: deflection, sigma, torque"),
         number("smoothing", "N m", "0", "of table: the standard deviation of its torques' errors"),
+        number("relative_smoothing", "1", "0", "of table: the same as a share of each torque"),
         table("limits", "actuator.limits", "the device's", ""),
         table("theta", "actuator.drive", required, "what moves the equilibrium"),
         table("sigma", "actuator.drive", "required where there is one", "what moves the stiffness"),

@@ -11,8 +11,14 @@
 namespace porthos::scene {
 
 SpringRanges::SpringRanges(const Scene& scene, const Assembly& assembly, const RecordLayout& layout)
-    : layout_(layout) {
+    : layout_(layout), most_(scene.verify.energy.value_or(HUGE_VAL)) {
+  for (const Element& e : scene.elements) {
+    if (!e.remark.empty()) remarks_.push_back(e.remark);
+    if (e.table) tables_.push_back("element '" + e.name + "'");
+  }
   for (const JointActuator& a : scene.actuators) {
+    if (a.actuator.elastic->traits().family == "tabulated")
+      tables_.push_back("actuator '" + a.name + "'");
     if (!a.remark.empty()) remarks_.push_back(a.remark);
     const ActuatorPlace at = place_of(a, assembly.model->description());
     const vsa::ElasticTraits& t = a.actuator.elastic->traits();
@@ -52,6 +58,11 @@ void SpringRanges::see(std::span<const double> record) {
 
 void SpringRanges::fill(RunReport& report) const {
   report.notes.insert(report.notes.end(), remarks_.begin(), remarks_.end());
+  if (!tables_.empty() && report.energy.max_rel_error > most_)
+    report.notes.push_back(fmt::format(
+        "the spring of {} is a table: its third derivative jumps at every place, so a method needs "
+        "smaller steps than for a formula; the spring itself makes no energy",
+        tables_.front()));
   for (const Range& r : ranges_)
     if (r.first >= 0)
       report.notes.push_back(fmt::format(

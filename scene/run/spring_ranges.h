@@ -19,10 +19,11 @@ class SpringRanges {
  public:
   /// The scene must outlive it.
   SpringRanges(const Scene& scene, const Assembly& assembly, const RecordLayout& layout);
-  bool any() const { return !ranges_.empty() || !remarks_.empty(); }
+  bool any() const { return !ranges_.empty() || !remarks_.empty() || !tables_.empty(); }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record);
-  /// Adds a note for each range that was left, and the remarks on tables.
+  /// Adds a note for each range that was left, the remarks on tables, and, if the energy error is too
+  /// large, one on their steps.
   void fill(RunReport& report) const;
 
  private:
@@ -36,7 +37,8 @@ class SpringRanges {
   };
   RecordLayout layout_;
   std::vector<Range> ranges_;
-  std::vector<std::string> remarks_;
+  std::vector<std::string> remarks_, tables_;  ///< tables: what has a spring from one
+  double most_;                                ///< energy error that passes
 };
 
 }  // namespace porthos::scene

@@ -49,7 +49,7 @@ double bending(const Numbers& x, const Numbers& g) {
 TEST(Smoothing, LeavesTheStatedErrors) {
   for (const double s : {0.05, 0.3}) {
     const auto n = noisy(s);
-    const auto g = phs::smoothed(n.x, n.y, s);
+    const auto g = phs::smoothed(n.x, n.y, Numbers(n.x.size(), s));
     // The weight is found to 100 halvings, to rounding of the sum.
     keeps("left over, against s", std::fabs(rms(g, n.y) / s - 1), 1e-12);
     keeps("error of the curve, of s", rms(g, n.exact) / s, 0.6);  // measured 0.37 and 0.55
@@ -60,7 +60,7 @@ TEST(Smoothing, LeavesTheStatedErrors) {
 // Of curves as near to the numbers none bends less: g with a change d, drawn back to the distance.
 TEST(Smoothing, NoCurveAsNearBendsLess) {
   const auto n = noisy(0.05);
-  const auto g = phs::smoothed(n.x, n.y, 0.05);
+  const auto g = phs::smoothed(n.x, n.y, Numbers(n.x.size(), 0.05));
   const double least = bending(n.x, g);
   std::mt19937_64 generator(9);
   std::normal_distribution<double> number(0, 1);
@@ -79,9 +79,48 @@ TEST(Smoothing, NoCurveAsNearBendsLess) {
   breaks("control: the numbers themselves bend more, times", bending(n.x, n.y) / least, 10);
 }
 
+// Errors that grow with the number are taken out everywhere, by the errors that are stated.
+TEST(Smoothing, ErrorsOfEachNumber) {
+  std::mt19937_64 generator(4);
+  std::normal_distribution<double> number(0, 1);
+  Numbers x, y, exact, stated, pooled;
+  for (int i = 0; i <= 80; ++i) {
+    x.push_back(-0.5 + i / 80.0);
+    exact.push_back(12 * x.back() + 60 * std::pow(x.back(), 3));
+    stated.push_back(0.03 * std::fabs(exact.back()));
+    y.push_back(exact.back() + stated.back() * number(generator));
+  }
+  pooled.assign(81, rms(stated, Numbers(81, 0.0)));
+  const auto soft = [&](const Numbers& g) {  // within 0.15 of zero, where they are up to 2
+    double worst = 0;
+    for (size_t i = 28; i <= 52; ++i) worst = std::max(worst, std::fabs(g[i] - exact[i]));
+    return worst;
+  };
+  keeps("error where the numbers are small", soft(phs::smoothed(x, y, stated)), 0.03);
+  breaks("control: one error for all", soft(phs::smoothed(x, y, pooled)), 0.03);
+  keeps("scatter in units of the stated errors", std::fabs(phs::scatter(x, y, stated) - 1), 0.25);
+}
+
+// Noise is told from curves, also of those that turn, and coarse or rounded ones.
+TEST(Smoothing, SlopeErrorIsThatOfNoise) {
+  std::mt19937_64 generator(2);
+  std::normal_distribution<double> number(0, 1);
+  Numbers x, noisy, curve, rounded;
+  for (int i = 0; i <= 20; ++i) {
+    x.push_back(-0.5 + 0.05 * i);
+    const double f = 12 * x.back() + 60 * std::pow(x.back(), 3);
+    noisy.push_back(f * (1 + 0.03 * number(generator)));
+    curve.push_back(std::sin(9 * x.back()) + 20 * x.back());
+    rounded.push_back(std::round(1000 * 7 * x.back()) / 1000);
+  }
+  keeps("a curve", phs::slope_error(x, curve), 0);
+  keeps("digits of a straight line", phs::slope_error(x, rounded), 0.01);
+  breaks("3 % of noise on 21 places", phs::slope_error(x, noisy), 0.05);
+}
+
 TEST(Smoothing, EndsInTheStraightLineOfLeastSquares) {
   const auto n = noisy(0.05, 400);
-  const auto g = phs::smoothed(n.x, n.y, 50);
+  const auto g = phs::smoothed(n.x, n.y, Numbers(n.x.size(), 50));
   double x = 0, y = 0, xx = 0, xy = 0;
   for (size_t i = 0; i < 400; ++i) {
     x += n.x[i] / 400;

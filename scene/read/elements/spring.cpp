@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "mechanics/mechanical_model.h"
+#include "phs/functions/smoothing.h"
 #include "scene/read/elements/element_type.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"
@@ -61,7 +62,14 @@ void read_spring(const Table& t, Element& e) {
     return add(phs::spring(t.number("stiffness"), t.number("rest"), t.number("cubic")));
   for (const char* key : {"stiffness", "rest", "cubic"})
     if (t.has(key)) t.fail(key, "is given with a table of forces, expected one of both");
-  add(phs::tabulated_spring(t.list("elongation"), t.list("force")));
+  const auto z = t.list("elongation"), force = t.list("force");
+  add(phs::tabulated_spring(z, force));
+  e.table = true;
+  if (const double off = phs::slope_error(z, force); off > 0.05)
+    e.remark = fmt::format(
+        "{}: neighbouring forces scatter and are met exactly, so the stiffness is off by about "
+        "{:.0f} %: smooth them before",
+        e.where, 100 * off);
 }
 
 }  // namespace

@@ -1,0 +1,92 @@
+// Measured springs: errors of a few per cent, and what is said of tables that scatter.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "tests/support/bounds.h"
+#include "vsa/table.h"
+
+namespace porthos::test::table_remark_test {
+namespace {
+
+/// Measured torques (12 + 30 σ) φ + 60 φ³ with errors of 3 % of each, at 61 places.
+std::string torques(const std::vector<double>& sigmas, unsigned seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> error(0, 0.03);
+  std::string text = "deflection,sigma,torque\n";
+  for (const double s : sigmas)
+    for (int i = 0; i <= 60; ++i) {
+      const double phi = -0.5 + i / 60.0;
+      const double exact = (12 + 30 * s) * phi + 60 * std::pow(phi, 3);
+      text += std::to_string(phi) + "," + std::to_string(s) + "," +
+              std::to_string(exact * (1 + error(generator))) + "\n";
+    }
+  return text;
+}
+
+/// The largest relative error of the stiffness at σ = 0 within 0.35 rad.
+double stiffness_error(const vsa::ElasticPtr& e) {
+  double worst = 0;
+  for (double phi = -0.35; phi < 0.351; phi += 0.01)
+    worst = std::fmax(worst, std::fabs(e->stiffness(phi, 0, 0) / (12 + 180 * phi * phi) - 1));
+  return worst;
+}
+
+TEST(TableRemark, ErrorsOfAFewPerCent) {
+  const std::vector<double> sigmas = {0, 0.5, 1};
+  const auto text = torques(sigmas, 7);
+  const auto of = [&](const vsa::TorqueErrors& errors) {
+    const auto m = vsa::parse_measurements(text, "five.csv", errors);
+    return std::pair{m.remark, vsa::tabulated(m, {}, 0.02, errors)};
+  };
+  const auto [right, spring] = of({0, 0.033});
+  EXPECT_EQ(right, "");
+  keeps("stiffness by relative_smoothing = 0.033, relative", stiffness_error(spring), 0.1);
+  // 3 % of the largest torque hides the soft part, and both checks would say so.
+  const auto [flat, hidden] = of(0.86);
+  breaks("control: smoothing = 0.86 N m", stiffness_error(hidden), 0.3);
+  EXPECT_NE(flat.find("times what neighbours scatter by at sigma = 0"), std::string::npos) << flat;
+  const auto [small, follows] = of({0, 0.02});
+  EXPECT_NE(small.find("the curve may follow the errors"), std::string::npos) << small;
+}
+
+TEST(TableRemark, ACurveThatMissesTheShapeIsNoted) {
+  const auto text = torques({0}, 7);
+  const auto remark = [&](double smoothing) {
+    return vsa::parse_measurements(text, "one.csv", smoothing).remark;
+  };
+  EXPECT_NE(remark(0.33).find("runs past long rows of neighbours"), std::string::npos)
+      << remark(0.33);
+  EXPECT_EQ(remark(0.2), "");  // the scatter itself
+}
+
+TEST(TableRemark, NoiseThatIsMetExactlyIsNoted) {
+  std::mt19937_64 generator(2);
+  std::normal_distribution<double> error(0, 0.03);
+  std::string noisy = "deflection,torque\n", exact = noisy;
+  for (int i = -10; i <= 10; ++i) {
+    const double phi = 0.05 * i, f = 12 * phi + 60 * std::pow(phi, 3);
+    noisy += std::to_string(phi) + "," + std::to_string(f * (1 + error(generator))) + "\n";
+    exact += std::to_string(phi) + "," + std::to_string(f) + "\n";
+  }
+  const auto m = vsa::parse_measurements(noisy, "s.csv");
+  EXPECT_NE(m.remark.find("s.csv: neighbouring torques scatter by"), std::string::npos) << m.remark;
+  breaks("their stiffness is off, relative", stiffness_error(vsa::tabulated(m)), 0.05);
+  const auto control = vsa::parse_measurements(exact, "s.csv");
+  EXPECT_EQ(control.remark, "");
+  keeps("control: without noise", stiffness_error(vsa::tabulated(control)), 0.05);
+}
+
+TEST(TableRemark, NoStiffnessBelowZeroBetweenThePlaces) {
+  vsa::Measurements m;
+  m.deflection = {-0.2, -0.1, 0, 0.1, 0.2};
+  m.sigma = {0};
+  m.torque = {-3, -0.2, 0, 0.2, 3};  // rises, and its spline falls about zero
+  const auto why = refusal([&] { vsa::tabulated(m); });
+  EXPECT_NE(why.find("with no smoothing the stiffness is -"), std::string::npos) << why;
+}
+
+}  // namespace
+}  // namespace porthos::test::table_remark_test

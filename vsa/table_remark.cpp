@@ -1,0 +1,92 @@
+#include "vsa/detail/table_remark.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "phs/functions/smoothing.h"
+
+namespace porthos::vsa {
+namespace {
+
+constexpr double much = 0.05;  // error of a stiffness
+
+/// Noise that the splines meet exactly.
+std::string rough_remark(const MeasuredCurves& curves, const std::string& path) {
+  double worst = 0, noise = 0;
+  for (const auto& [sigma, c] : curves)
+    if (const double off = phs::slope_error(c.x, c.y); off > worst) {
+      worst = off;
+      noise = phs::scatter(c.x, c.y);
+    }
+  if (!(worst > much)) return "";
+  return fmt::format(
+      "{}: neighbouring torques scatter by {:.2g} N m and are met exactly, so the stiffness is off "
+      "by about {:.0f} %: state their errors as smoothing [N m] or relative_smoothing",
+      path, noise, 100 * worst);
+}
+
+/// How many neighbours lie on one side of the smoothed curve, where those of errors change sides
+/// every other time (Wald, Wolfowitz 1940): a curve that is flatter than the spring.
+bool misses_the_shape(const MeasuredCurve& c, const TorqueErrors& errors) {
+  const auto smooth = phs::smoothed(c.x, c.y, errors.of(c.y));
+  size_t changes = 0;
+  for (size_t i = 1; i < c.x.size(); ++i)
+    changes += (c.y[i] < smooth[i]) != (c.y[i - 1] < smooth[i - 1]);
+  const double pairs = double(c.x.size() - 1);
+  return double(changes) < 0.5 * pairs - 1.5 * std::sqrt(pairs);  // three standard deviations
+}
+
+}  // namespace
+
+std::vector<double> TorqueErrors::of(const std::vector<double>& torques) const {
+  std::vector<double> s;
+  for (const double y : torques) s.push_back(std::hypot(absolute, relative * y));
+  return s;
+}
+
+std::string remark_on(const Measurements& m, const MeasuredCurves& curves,
+                      const TorqueErrors& errors, const std::string& path) {
+  const double widest = std::max(-m.deflection.front(), m.deflection.back());
+  if (widest > 2 * M_PI)
+    return fmt::format("{} has deflections up to {:.4g} rad, more than a turn: are they degrees?",
+                       path, widest);
+  if (!errors.any()) return rough_remark(curves, path);
+  double least = HUGE_VAL, most = 0, where_least = 0, where_most = 0;
+  for (const auto& [sigma, c] : curves) {
+    const double scatter = phs::scatter(c.x, c.y, errors.of(c.y));
+    if (scatter < least) where_least = sigma;
+    if (scatter > most) where_most = sigma;
+    least = std::min(least, scatter);
+    most = std::max(most, scatter);
+  }
+  const auto at = [&](double sigma) {
+    return curves.size() > 1 ? fmt::format(" at sigma = {:.4g}", sigma) : "";
+  };
+  if (3 * least < 1)
+    return fmt::format(
+        "{}: the errors that smoothing states are {:.2g} times what neighbours scatter by{}: the "
+        "curve may be flattened",
+        path, 1 / least, at(where_least));
+  // A twentieth: the scatter of a hundred rows is known to a tenth, and the curve of errors stated
+  // too small follows them at once.
+  if (most > 1 / 0.95)
+    return fmt::format(
+        "{}: neighbours scatter by {:.3g} times the errors that smoothing states{}: the curve may "
+        "follow the errors, and its stiffness more so; in doubt state a tenth more",
+        path, most, at(where_most));
+  for (const auto& [sigma, c] : curves)
+    if (misses_the_shape(c, errors))
+      return fmt::format(
+          "{}: the smoothed curve{} runs past long rows of neighbours on one side: the errors are "
+          "stated too large for the shape of the spring, at least where torques are small (errors "
+          "of a few per cent: relative_smoothing)",
+          path, at(sigma));
+  if (m.one_setting > 0)
+    return fmt::format("{}: settings of sigma nearer than {:.2g} count as one: {} are left", path,
+                       m.one_setting, m.sigma.size());
+  return "";
+}
+
+}  // namespace porthos::vsa
