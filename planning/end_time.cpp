@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <optional>
 
 namespace porthos::planning {
 namespace {
 
 constexpr double stride = 1.4;        // between durations before the optimum is enclosed
 constexpr int most_strides = 30;      // a factor of 24 000
+constexpr int most_halvings = 4;      // of a stride
 constexpr int most_refinements = 60;  // of the enclosure
 constexpr double close = 1e-9;        // of the slope, as a share of the weight
 constexpr double narrow = 1e-9;       // of the enclosure, as a share of the duration
@@ -28,14 +28,14 @@ class EndTimeSearch {
       : p_(p), guess_(guess), free_(free), o_(o) {}
 
   Plan run() {
-    Tried short_one, long_one = at(p_.duration);
+    Tried short_one, long_one = at(p_.duration, guess_, o_.approach);
     for (int i = 0; !long_one.solved() && i < most_strides && may_grow(long_one); ++i)
-      long_one = at(longer(long_one));
+      long_one = follow(long_one, longer(long_one));
     if (!long_one.solved()) return done(long_one);
     if (long_one.slope < 0) {
       for (int i = 0; long_one.slope < 0 && i < most_strides && may_grow(long_one); ++i) {
         short_one = long_one;
-        long_one = at(longer(short_one));
+        long_one = follow(short_one, longer(short_one));
         if (!long_one.solved()) return done(long_one);
       }
       if (long_one.slope < 0) return done(long_one);  // the longest that is allowed
@@ -43,7 +43,7 @@ class EndTimeSearch {
       short_one = long_one;
       for (int i = 0; short_one.slope >= 0 && i < most_strides && may_shrink(short_one); ++i) {
         long_one = short_one;
-        short_one = at(std::max(free_.shortest, long_one.duration / stride));
+        short_one = follow(long_one, std::max(free_.shortest, long_one.duration / stride));
       }
       if (short_one.slope >= 0) return done(short_one);
     }
@@ -56,23 +56,34 @@ class EndTimeSearch {
   bool may_shrink(const Tried& t) const { return !stopped() && t.duration > free_.shortest; }
   double longer(const Tried& t) const { return std::min(free_.longest, t.duration * stride); }
 
-  /// The plan of a duration, from the plan before or, where there is none, from the guess.
-  Tried at(double duration) {
+  /// The plan of a duration, from a guess.
+  Tried at(double duration, const Trajectory& guess, bool approach = false) {
     p_.duration = duration;
     Tried t{duration};
     PlannerOptions o = o_;
-    if (last_) o.approach = false;
+    o.approach = approach;
     try {
-      t.plan = solve(p_, last_ ? *last_ : guess_, o);
+      t.plan = solve(p_, guess, o);
     } catch (const InvalidArgument&) {  // its first steps have no solution
-      t.plan.motion = last_ ? *last_ : guess_;
+      t.plan.motion = guess;
     }
     iterations_ += t.plan.iterations;
     evaluations_ += t.plan.evaluations;
-    if (!t.solved()) return t;
-    last_ = t.plan.motion;
-    t.slope = t.plan.duration_slope + free_.weight;
+    if (t.solved()) t.slope = t.plan.duration_slope + free_.weight;
     return t;
+  }
+  /// The same from the plan of another duration, in smaller strides where the solver leaves the
+  /// family of optima: there the cost changes by the integral of its slope.
+  Tried follow(const Tried& from, double duration, int halvings = most_halvings) {
+    if (!from.solved()) return at(duration, guess_, o_.approach);
+    const Tried t = at(duration, from.plan.motion);
+    const double change =
+        0.5 * (from.plan.duration_slope + t.plan.duration_slope) * (duration - from.duration);
+    if (halvings == 0 || stopped() ||
+        (t.solved() && std::fabs(t.plan.cost - from.plan.cost - change) <= 0.2 * std::fabs(change)))
+      return t;
+    const Tried middle = follow(from, 0.5 * (from.duration + duration), halvings - 1);
+    return middle.solved() ? follow(middle, duration, halvings - 1) : t;
   }
 
   /// The zero of the slope between a duration that is too short and one that is too long.
@@ -84,7 +95,8 @@ class EndTimeSearch {
       const double middle = std::isfinite(slope_a) ? (a.duration * slope_b - b.duration * slope_a) /
                                                          (slope_b - slope_a)
                                                    : 0.5 * (a.duration + b.duration);
-      const Tried t = at(middle);
+      const bool from_a = a.solved() && middle - a.duration < b.duration - middle;
+      const Tried t = follow(from_a ? a : b, middle);
       if (std::fabs(t.slope) <= close * free_.weight) return done(t);
       const int now = t.slope < 0 ? -1 : 1;
       (now < 0 ? a : b) = t;
@@ -110,7 +122,6 @@ class EndTimeSearch {
   const Trajectory& guess_;
   const EndTime& free_;
   const PlannerOptions& o_;
-  std::optional<Trajectory> last_;  ///< of the last plan that was found
   int iterations_ = 0, evaluations_ = 0;
 };
 
