@@ -34,7 +34,9 @@
 ///       std::span<T> values) const;
 ///       default: "dissipation" eᵀRe and "drive", if they exist
 ///
-/// y = Gᵀe is derived from `input`, so ports are collocated by construction.
+/// T is a double, lanes, a Quad or a dual: functions are those of phs (using phs::sqrt;), since
+/// std::sqrt knows doubles alone. y = Gᵀe is derived from `input`, so ports are collocated by
+/// construction.
 namespace porthos::phs {
 
 template <class S, class T>

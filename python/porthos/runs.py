@@ -322,19 +322,33 @@ def simulate(model: Model, x, *, step: float, duration: float, method: str = "ga
     return result
 
 
+def _scene_or_path(what: Scene | PathLike, elsewhere: Mapping[str, Any], **given: Any) -> Scene:
+    """The scene; of a path with what is given. elsewhere: arguments that only a model has."""
+    for name, value in elsewhere.items():
+        if value is not None:
+            raise InvalidArgument(f"{name} is given with a scene, expected it of a model only: a scene states its own")
+    given = {name: value for name, value in given.items() if value is not None}
+    if not isinstance(what, Scene):
+        return Scene(what, **given)
+    for name in given:
+        raise InvalidArgument(f"{name} is given with a Scene, expected it where the Scene is made: Scene(path, {name}=...)")
+    return what
+
+
 def verify(what: Model | Scene | PathLike, x=None, *, step: float | None = None, duration: float | None = None,
-           method: str = "gauss16", limits: Mapping[str, float] | None = None, progress: Tell = None, **options: Any) -> Result:
+           method: str | None = None, limits: Mapping[str, float] | None = None, progress: Tell = None, **options: Any) -> Result:
     """A run with every check: the limits, symmetry in time and the axioms of the system.
 
-    what: a scene (or its path), or a model with the state x, step and duration.
+    what: a model with the state x, step and duration (method: gauss16 unless given), or a scene or its path. With a path step, duration and
+    method replace those of the scene; a Scene has them already, and both have their own limits.
     """
     if not isinstance(what, Model):
-        scene = what if isinstance(what, Scene) else Scene(what, step=step, duration=duration)
+        scene = _scene_or_path(what, {"x": x, "limits": limits, **options}, step=step, duration=duration, method=method)
         with tempfile.TemporaryDirectory() as folder:
             return Result(scene.verify(Path(folder) / "verify", progress=progress).summary)
     if x is None or step is None or duration is None:
         raise InvalidArgument("verify of a model needs the state x, step and duration")
-    data, assembly = _scene_of(what, x, step, duration, method, None, limits, None, options)
+    data, assembly = _scene_of(what, x, step, duration, method or "gauss16", None, limits, None, options)
     return _in_memory(data, assembly, True, progress)
 
 
@@ -346,7 +360,7 @@ def compare(what: Model | Scene | PathLike, x=None, *, step: float | None = None
     for everything. out: a folder for compare.json, compare.txt and work_precision.svg.
     """
     if not isinstance(what, Model):
-        scene = what if isinstance(what, Scene) else Scene(what, step=step)
+        scene = _scene_or_path(what, {"x": x}, step=step)
         return scene.compare(methods=methods, budget=budget, duration=duration, out=out, progress=progress)
     if x is None or step is None or duration is None:
         raise InvalidArgument("compare of a model needs the state x, step and duration")

@@ -132,14 +132,16 @@ Assembly assemble_near_first_row(Scene scene, const TrajectoryTable& table,
 /// The velocity of the centre of mass beside that of free fall.
 class CentreCourse {
  public:
+  /// @return its momentum less that of free fall from the first row [N s]
   /// @param t time since the first row [s]
   /// @param linear scale of the linear momentum [N s]
-  void add(double t, const CentreOfMass& centre, double linear, const CentreOfMass::Vec& gravity,
-           double mass) {
+  std::array<double, 3> add(double t, const CentreOfMass& centre, double linear,
+                            const CentreOfMass::Vec& gravity, double mass) {
     if (!start_) start_ = centre.start_velocity;
-    const auto fallen = CentreOfMass::Real(t) * gravity;
-    off_ = std::max(off_, speed_of(centre.start_velocity - *start_ - fallen));
+    const auto off = centre.start_velocity - *start_ - CentreOfMass::Real(t) * gravity;
+    off_ = std::max(off_, speed_of(off));
     fastest_ = std::max({fastest_, speed_of(centre.start_velocity), linear / mass});
+    return {mass * double(off.x), mass * double(off.y), mass * double(off.z)};
   }
   /// Checks the deviation from free fall, relative to the greatest speed.
   void check(RunReport& r, const Scene& scene) const {
@@ -277,12 +279,14 @@ RunReport judge_file(const JudgeOptions& o) {
       m.quaternion_norm = trajectory.norm_error();
       const bool regular = i == 0 || follows(h, step);
       const double error = errors.emplace_back(ledger.add(t[i] - t[0], m, regular));
+      const auto pushed =
+          course.add(t[i] - t[0], centre, m.scale.linear, CentreOfMass::Vec(scene.urdf.gravity),
+                     a.mechanism->total_mass());
+      if (centre_out) m.linear = pushed;
       fill_record(layout, t[i] - t[0], world, m, ledger.port_work(), error, 0, unknown, {}, {},
                   row);
       log.append(row);
       r.final_state = world;
-      course.add(t[i] - t[0], centre, m.scale.linear, CentreOfMass::Vec(scene.urdf.gravity),
-                 a.mechanism->total_mass());
     }
     log.flush();
   }

@@ -38,8 +38,8 @@ Meter::Meter(const Assembly& a)
   turns_.resize(a.initial.turns.size());
   turn_angles_.resize(turns_.size());
   for (const auto& i : d.invariants) {
-    if (i.name == "linear_momentum") linear_at_ = i.at;
-    if (i.name == "angular_momentum") angular_at_ = i.at;
+    if (i.name == "linear_momentum") linear_ = {i.at, std::min(i.size, 3)};
+    if (i.name == "angular_momentum") angular_ = {i.at, std::min(i.size, 3)};
     if (i.name.rfind("quaternion_norm.", 0) == 0) norms_at_.push_back(size_t(i.at));
   }
   if (mechanical_ && has_linear() && has_angular()) measure_from_centre(a.initial);
@@ -107,8 +107,9 @@ Meter::Values Meter::values() {
   if (invariants_.empty()) return v;
   system_->invariants(x_, invariants_);
   for (size_t k = 0; k < 3; ++k) {
-    if (has_linear()) v.linear[k] = invariants_[size_t(linear_at_) + k];
-    if (has_angular()) v.angular[k] = invariants_[size_t(angular_at_) + k];
+    if (has_linear() && int(k) < linear_.size) v.linear[k] = invariants_[size_t(linear_.at) + k];
+    if (has_angular() && int(k) < angular_.size)
+      v.angular[k] = invariants_[size_t(angular_.at) + k];
   }
   for (const size_t at : norms_at_) {
     const double off = double(std::fabs(std::sqrt(invariants_[at]) - 1));

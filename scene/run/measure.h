@@ -49,10 +49,10 @@ class Meter {
 
   double initial_J() const { return double(start_.energy); }
   /// Whether the momentum is an invariant of the system.
-  bool has_linear() const { return linear_at_ >= 0; }
+  bool has_linear() const { return linear_.at >= 0; }
   /// See linear_momentum_is_structure().
   bool linear_is_structure() const { return linear_is_structure_; }
-  bool has_angular() const { return angular_at_ >= 0; }
+  bool has_angular() const { return angular_.at >= 0; }
   bool has_rotations() const { return !norms_at_.empty(); }
   /// Rows of the system's constraints.
   int constraint_rows() const { return rows_ ? rows_->count() : 0; }
@@ -85,7 +85,11 @@ class Meter {
   std::vector<Real> x_, turn_angles_, stored_, invariants_;
   std::vector<Real> g_, e_;  ///< rows and efforts
   std::vector<std::int64_t> turns_;
-  int linear_at_ = -1, angular_at_ = -1;
+  /// Where an invariant lies: of a planar system a momentum has fewer than three numbers.
+  struct Place {
+    int at = -1, size = 0;
+  };
+  Place linear_, angular_;
   std::vector<size_t> norms_at_;
   bool linear_is_structure_ = false;
   struct Shift {

@@ -92,14 +92,16 @@ class Judge {
     const bool thrust =
         pushed && std::any_of(r_.impulses.rows.begin(), r_.impulses.rows.end(),
                               [](const ImpulseRow& row) { return row.type != "torquer"; });
-    const char* const no_invariant = "it is no invariant of this system";
+    const char* const no_invariant = "the system declares no invariant of this name";
     // Every method of the catalogue keeps linear invariants.
     if (thrust)
       check("linear_momentum (less impulses)", limits_.linear_momentum, r_.impulses.linear_left,
             false);
     else if (meter_.linear_is_structure())
       cannot("linear_momentum", limits_.linear_momentum,
-             "the centre of mass moved in closed form, nothing was left to check");
+             r_.method == "recorded"
+                 ? "the centre of mass is judged beside free fall: centre_of_mass"
+                 : "the centre of mass moved in closed form, nothing was left to check");
     else if (meter_.has_linear())
       check("linear_momentum", limits_.linear_momentum, r_.linear_momentum_error, false);
     else

@@ -92,6 +92,43 @@ def test_verify_and_compare(pendulum):
     refused(lambda: ph.simulate(model, x, step=0.1, duration=1, limits={"enrgy": 1}), "enrgy")
 
 
+def test_what_a_scene_states_is_not_ignored_beside_it(source):
+    path = source / "examples/double_pendulum/scene.toml"
+    v = ph.verify(path, method="rk4", step=0.02, duration=2)
+    assert v.summary["method"] == "rk4" and v.summary["step_s"] == 0.02 and v.verdict == "fail"
+    assert ph.verify(path, duration=2).verdict == "pass", "control"
+    refused(lambda: ph.verify(path, limits={"energy": 1e-30}), "limits is given with a scene")
+    refused(lambda: ph.verify(path, nonsense=3), "nonsense is given with a scene")
+    refused(lambda: ph.verify(path, [0.0]), "x is given with a scene")
+    refused(lambda: ph.verify(path, method="nonsense"), "nonsense")
+    refused(lambda: ph.verify(ph.Scene(path), step=0.003), "step is given with a Scene, expected it where the Scene is made: Scene(path, step=...)")
+    refused(lambda: ph.compare(ph.Scene(path), step=0.003), "step is given with a Scene")
+
+
+@pytest.mark.parametrize("size", [1, 3])
+def test_a_momentum_of_one_number(size):
+    """A planar system declares its angular momentum as one number or as three."""
+
+    class Kepler:
+        def description(self):
+            return ph.Description(name="kepler", nx=4, traits=ph.Traits(canonical=True),
+                                  blocks=[ph.Block(name="r", at=0, size=2, momentum=2, unit="m", momentum_unit="kg m/s")],
+                                  invariants=[ph.Invariant(name="angular_momentum", unit="kg m^2/s", at=0, size=size, degree=2)])
+
+        def hamiltonian(self, x):
+            return 0.5 * (x[2] ** 2 + x[3] ** 2) - 1 / np.sqrt(x[0] ** 2 + x[1] ** 2)
+
+        def invariants(self, x):
+            L = x[0] * x[3] - x[1] * x[2]
+            return np.array([L] if size == 1 else [0 * L, 0 * L, L])
+
+    limits = {"energy": 1e-9, "angular_momentum": 1e-12}
+    good = ph.simulate(ph.UserModel(Kepler()), [1.0, 0, 0, 1.1], step=0.05, duration=5, limits=limits)
+    assert good.verdict == "pass" and good.checks[1]["name"] == "angular_momentum" and good.checks[1]["value"] < 1e-14
+    bad = ph.simulate(ph.UserModel(Kepler()), [1.0, 0, 0, 1.1], step=0.05, duration=5, method="rk4", limits=limits)
+    assert bad.summary["angular_momentum"]["max_rel_error"] > 1e-12, "control"
+
+
 def test_step_by_step(pendulum):
     model = ph.MechanicalModel(pendulum)
     assert "gauss16" in [d.name for d in ph.methods()]

@@ -62,6 +62,8 @@ TEST_F(JudgeNames, ExportsAreReadHoweverVectorsAreSpelled) {
     const auto r = judge(csv);
     EXPECT_TRUE(r.passed()) << csv.substr(0, csv.find('\n'));
     EXPECT_TRUE(has_check(r, "centre_of_mass")) << "a free base";
+    EXPECT_TRUE(std::ranges::none_of(
+        r.not_applicable, [](const auto& n) { return n.why.find("closed form") != n.why.npos; }));
     EXPECT_FALSE(notes_say(r, "state/base"));
     keeps("energy of an exported run", r.energy.max_rel_error, 1e-13);
   }

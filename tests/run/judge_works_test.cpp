@@ -95,5 +95,38 @@ TEST_F(JudgeWorks, DampersOfTheModelLikewise) {
   EXPECT_EQ(judged("smooth", 0.01, 0.1, damper, 0.2).verdict(), scene::Verdict::fail) << "control";
 }
 
+/// A rotor that brakes by e^(-r t), with its torque as a column, in closed form: rows that do not
+/// resolve the start leave the works unknown, by more than the order of the rule would say.
+TEST_F(JudgeWorks, AStartThatRowsDoNotResolveIsNoError) {
+  const double h = 0.005;
+  const auto braked = [&](const std::string& between, double r, double lost) {
+    std::string text = "t,hinge,v.hinge,tau\n";
+    for (int i = 0; i <= 400; ++i) {
+      const double t = h * i, v = 3 * std::exp(-r * t);
+      text += fmt::format("{},{},{},{}\n", t, 3 / r * (1 - std::exp(-r * t)),
+                          v * std::sqrt(1 - lost), -r * inertia * v);
+    }
+    write_bytes(folder_ / "rotor.csv", text);
+    write_bytes(folder_ / "map.toml",
+                "[model]\nbase = \"fixed\"\n[columns]\ntorque_between = \"" + between +
+                    "\"\n[columns.torque]\nhinge = \"tau\"\n[verify]\nenergy = 1e-3\n");
+    fs::remove_all(folder_ / "out");
+    return scene::judge_file({(folder_ / "rotor.csv").string(), (folder_ / "rotor.urdf").string(),
+                              (folder_ / "map.toml").string(), (folder_ / "out").string()});
+  };
+  for (const char* between : {"smooth", "linear"})
+    for (const double rh : {0.5, 1.0, 2.0, 5.0}) {
+      const auto r = braked(between, rh / h, 0);
+      const auto energy = [](const auto& c) { return c.name == "energy"; };
+      breaks(fmt::format("{}, r h = {}: works that rows leave unknown", between, rh),
+             r.energy.max_rel_error, 1e-3);
+      EXPECT_FALSE(std::ranges::any_of(r.checks, energy)) << between << " " << rh;
+      EXPECT_TRUE(std::ranges::any_of(r.not_applicable, energy)) << between << " " << rh;
+    }
+  // Control: resolved rows judge.
+  EXPECT_TRUE(braked("smooth", 10, 0).energy.max_rel_error < 1e-5);
+  EXPECT_EQ(braked("smooth", 10, 0.1).verdict(), scene::Verdict::fail);
+}
+
 }  // namespace
 }  // namespace porthos::test::judge_works_test
