@@ -265,7 +265,11 @@ class ComparisonRun {
         run_trial(assembly_, s, trial_options(first ? share : std::max(left_for_trials(), 0.0)));
     l.take(t, c_.error_of(t));
     if (t.broken_off) c_.methods[i].cut_short = true;
-    c_.methods[i].trials.push_back(std::move(t));
+    auto& trials = c_.methods[i].trials;
+    trials.push_back(std::move(t));
+    const auto refused = [](const Trial& each) { return each.refused; };
+    if (trials.size() >= 3 && std::all_of(trials.end() - 3, trials.end(), refused))
+      l.end();  // no step cures it
     if (i + 1 < c_.methods.size() && c_.methods[i + 1].short_sweeps) shorten_sweeps(i);
   }
 

@@ -192,6 +192,7 @@ Trial run_trial(const Assembly& assembly, const Setting& setting, const TrialOpt
     throw;
   } catch (const std::exception& e) {
     t.failure = e.what();
+    t.refused = true;
     t.report.outcome = Outcome::failed;
   }
   t.spent_s = thread_cpu_now() - start;

@@ -50,6 +50,7 @@ struct Trial {
   RunReport report;         ///< cpu_s: of stepping alone, of this thread, the least of all repeats
   std::string failure;      ///< why it did not reach the end; empty if it did
   bool broken_off = false;  ///< it was stopped by the limit or by `stop`
+  bool refused = false;     ///< `failure` is an error that was thrown, as by a method of one's own
   std::optional<double> trajectory_error;
   double early_energy_error = 0;  ///< largest relative energy error in the first half of the time
   double spent_s = 0;             ///< CPU seconds of everything: measuring, repeats

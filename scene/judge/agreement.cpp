@@ -63,6 +63,25 @@ Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const 
   return one;
 }
 
+/// The velocity of a base's origin along the world's axes, by row.
+std::vector<Numbers> Trajectory::velocity_in_world(const Columns& place) const {
+  if (!map_.linear_in_body) return place.v;
+  const auto of_same_base = [&](const Columns& k) {
+    return k.c.kind == BlockKind::rotation && k.c.node == place.c.node;
+  };
+  const auto k = std::find_if(columns_.begin(), columns_.end(), of_same_base);
+  std::vector<Numbers> v = place.v;
+  for (size_t i = 0; k != columns_.end() && i < v[0].size(); ++i) {
+    const auto R = mechanics::rotation_matrix(
+        mechanics::Quaternion<double>{k->q[0][i], {k->q[1][i], k->q[2][i], k->q[3][i]}});
+    const Vec3d world = R * Vec3d{v[0][i], v[1][i], v[2][i]};
+    v[0][i] = world.x;
+    v[1][i] = world.y;
+    v[2][i] = world.z;
+  }
+  return v;
+}
+
 std::vector<Trajectory::Agreement> Trajectory::agreements(const Numbers& t) const {
   std::vector<Agreement> all;
   for (const Columns& k : columns_) {
@@ -71,11 +90,11 @@ std::vector<Trajectory::Agreement> Trajectory::agreements(const Numbers& t) cons
       continue;
     }
     const bool place = k.c.kind == BlockKind::linear && k.q.size() == 3;
-    if (k.v.size() != k.q.size() || (place ? map_.linear_in_body || by_momenta_ : k.q.size() != 1))
-      continue;
+    if (k.v.size() != k.q.size() || (place ? by_momenta_ : k.q.size() != 1)) continue;
+    const auto rates = place ? velocity_in_world(k) : k.v;
     for (size_t a = 0; a < k.q.size(); ++a) {
-      const Numbers& v = k.v[a];
-      const double of_places = rounding(k.q[a]), of_rates = rounding(v);
+      const Numbers& v = rates[a];
+      const double of_places = rounding(k.q[a]), of_rates = rounding(k.v[a]);
       Agreement one{k.c.name};
       for (size_t i = 2; i + 1 < t.size(); ++i) {
         const double h = t[i] - t[i - 1];

@@ -134,6 +134,11 @@ void require_names(const std::vector<Number>& there, const std::vector<std::stri
 }  // namespace
 
 void export_csv(const fs::path& folder, const fs::path& to, const std::vector<std::string>& names) {
+  for (const char* other : {".xlsx", ".xls", ".ods", ".h5", ".mat", ".json"})
+    if (to.extension() == other)
+      throw InvalidArgument(fmt::format(
+          "{} is the name of another kind of file, expected .csv, which spreadsheets open",
+          to.string()));
   require_finished(folder);
   std::vector<std::unique_ptr<PhaseFile>> phases;
   for (const fs::path& run : series_files(folder))

@@ -74,6 +74,16 @@ def test_a_claim_that_the_trials_contradict_is_not_believed(source, tmp_path):
     assert not any("declared" in n for n in honest.run(out=tmp_path / "honest").notes)
 
 
+def test_an_error_of_ones_own_is_not_tried_at_every_step(source):
+    def broken(field, t, x, h):
+        raise ValueError("no such thing")
+
+    ph.add_method("own_broken", broken, order=1)
+    c = ph.compare(source / "examples/double_pendulum/scene.toml", methods=["own_broken", "rk4"], duration=2, budget=2)
+    tried = [r["method"] for r in c.content["runs"]]
+    assert tried.count("own_broken") == 3 and tried.count("rk4") > 3, tried
+
+
 def test_a_method_that_is_refused_at_once_leaves_no_run_to_continue(source, tmp_path):
     scene = lambda: ph.Scene(source / "examples/dzhanibekov/scene.toml", method="own_mended", duration=1)  # noqa: E731
     ph.add_method("own_mended", lambda field, t, x, h: None, order=1)

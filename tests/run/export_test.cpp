@@ -72,6 +72,8 @@ TEST(Export, HasTheNumbersOfTheFileAndTrueAngles) {
   EXPECT_TRUE(says(refusal([&] { scene::export_csv(folder / "out", folder / "x", {"elbow"}); }),
                    "the run has no series 'elbow', expected one of time, "));
   EXPECT_FALSE(fs::exists(folder / "x"));
+  EXPECT_TRUE(says(refusal([&] { scene::export_csv(folder / "out", folder / "x.xlsx"); }),
+                   "x.xlsx is the name of another kind of file, expected .csv"));
   EXPECT_TRUE(says(refusal([&] { scene::export_csv(folder / "none", folder / "x"); }),
                    "is no folder, expected one with the results of a run"));
 }

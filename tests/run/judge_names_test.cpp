@@ -96,6 +96,35 @@ TEST_F(JudgeNames, UnequalRowsAreTheReason) {
   EXPECT_FALSE(notes_say(judge(csv(0)), scene::unequal_rows)) << "control";
 }
 
+/// A body that turns and moves straight on, with its velocity along its own axes: its place must go
+/// where that leads. Controls: times in milliseconds; the same numbers taken along the world's axes.
+TEST_F(JudgeNames, PlacesFollowVelocitiesAlongTheBody) {
+  write_bytes(folder_ / "model.urdf",
+              "<robot name='m'><link name='b'><inertial><mass value='2'/><inertia ixx='0.3' "
+              "iyy='0.3' izz='0.3' ixy='0' ixz='0' iyz='0'/></inertial></link></robot>");
+  const double w = 1.5;
+  const auto judged = [&](double unit, const char* axes) {
+    std::string csv = "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n";
+    for (int i = 0; i <= 400; ++i) {
+      const double t = 0.01 * i, a = w * t;
+      csv += fmt::format("{},{},0,0,{},0,0,{},{},{},0,0,0,{}\n", unit * t, 3 * t, std::cos(a / 2),
+                         std::sin(a / 2), 3 * std::cos(a), -3 * std::sin(a), w);
+    }
+    return judge(
+        csv, fmt::format("[model]\nbase = \"free\"\n[columns]\ntime = \"t\"\n"
+                         "linear_velocity_axes = \"{}\"\n[columns.q]\n\"base.position\" = [\"x\", "
+                         "\"y\", \"z\"]\n\"base.attitude\" = [\"qw\", \"qx\", \"qy\", "
+                         "\"qz\"]\n[columns.v]\n\"base.position\" = [\"vx\", \"vy\", \"vz\"]\n"
+                         "\"base.attitude\" = [\"wx\", \"wy\", \"wz\"]\n[verify]\nenergy = 1e-9\n",
+                         axes));
+  };
+  const auto right = judged(1, "body");
+  EXPECT_TRUE(right.passed());
+  EXPECT_TRUE(has_check(right, "rates"));
+  EXPECT_FALSE(judged(1000, "body").passed());
+  EXPECT_FALSE(judged(1, "world").passed());
+}
+
 /// The pin of a four-bar, which no start at zero could close.
 TEST_F(JudgeNames, LoopsOfAMapAreClosedNearTheFirstRow) {
   const std::string example = PORTHOS_SOURCE_DIR "/examples/four_bar/";

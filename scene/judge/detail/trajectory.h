@@ -55,7 +55,6 @@ class Trajectory {
       hidden = std::max(hidden, std::fabs(moved) / (2 * M_PI));
     }
   };
-  /// The place of a base where the file has its rates, along the world's axes.
   std::vector<Agreement> agreements(const Numbers& t) const;
 
   /// Of the joints [rad].
@@ -80,6 +79,7 @@ class Trajectory {
   phs::State state(const phs::Description& d, Numbers x, size_t i) const;
   /// Unwraps angles that a file gives modulo 2π, by means of their rates.
   void follow(size_t i, double h);
+  std::vector<Numbers> velocity_in_world(const Columns& place) const;
   Agreement agreement_of_attitude(const Columns& k, const Numbers& t) const;
   /// Displacement of a joint of one degree of freedom from row i - 1 to row i, turns included.
   double distance(const Columns& k, size_t i, double h) const;
