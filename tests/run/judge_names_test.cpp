@@ -96,8 +96,8 @@ TEST_F(JudgeNames, UnequalRowsAreTheReason) {
   EXPECT_FALSE(notes_say(judge(csv(0)), scene::unequal_rows)) << "control";
 }
 
-/// A body that turns and moves straight on, with its velocity along its own axes: its place must go
-/// where that leads. Controls: times in milliseconds; the same numbers taken along the world's axes.
+/// A body that turns and moves straight on, with its velocity along its own axes: its place must
+/// go where that leads. Controls: times in milliseconds; the numbers taken along the world's axes.
 TEST_F(JudgeNames, PlacesFollowVelocitiesAlongTheBody) {
   write_bytes(folder_ / "model.urdf",
               "<robot name='m'><link name='b'><inertial><mass value='2'/><inertia ixx='0.3' "
