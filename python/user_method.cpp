@@ -65,6 +65,9 @@ class PythonMethod final : public BasicIntegrator<T> {
     this->system_->field(t, s.x, {}, rates);
     const py::gil_scoped_acquire gil;
     call(t, small, s.x);
+    const std::vector<T> first = move_;
+    call(t, h, s.x);  // a method with a memory goes on from here
+    call(t, small, s.x);
     this->cost_ = before;
     double size = 0;
     for (const double x : s.x) size = std::fmax(size, std::fabs(x));
@@ -75,11 +78,16 @@ class PythonMethod final : public BasicIntegrator<T> {
       throw InvalidArgument(who_ +
                             " gives the new state x(t + h), expected the change x(t + h) - "
                             "x(t)");
-    double off = 0, expected = 0;
+    double off = 0, expected = 0, changed = 0;
     for (size_t i = 0; i < this->n_; ++i) {
+      changed = std::fmax(changed, std::fabs(move_[i] - first[i]));
       off = std::fmax(off, std::fabs(move_[i] - small * rates[i]));
       expected = std::fmax(expected, std::fabs(small * rates[i]));
     }
+    if (changed > 1e-6 * expected + 0x1p-48 * size)
+      throw InvalidArgument(who_ +
+                            " gives another change when it is called again, expected one that "
+                            "depends on its arguments alone: a method keeps no memory of steps");
     if (off > 0.5 * expected + 0x1p-48 * size)  // 16 roundings of x
       throw InvalidArgument(fmt::format(
           "{}, tried with h = {:.3g} s, gives a change that differs from h times the rates "

@@ -6,6 +6,8 @@ import numpy as np
 import porthos as ph
 import pytest
 
+from test_dynamics import refused
+
 
 def rk4(field, t, x, h):
     a = field(t, x)
@@ -72,6 +74,21 @@ def test_a_claim_that_the_trials_contradict_is_not_believed(source, tmp_path):
     assert "not in the advice" not in text
     honest = ph.Scene(source / "examples/double_pendulum/scene.toml", method="own_rk4", step=0.02, duration=2)
     assert not any("declared" in n for n in honest.run(out=tmp_path / "honest").notes)
+
+
+def test_a_method_with_a_memory_is_refused_at_once(source):
+    before = []
+
+    def two_step(field, t, x, h):
+        f = field(t, x)
+        move = h * (1.5 * f - 0.5 * before[-1]) if before else h * f
+        before.append(f)
+        return move
+
+    ph.add_method("own_two_step", two_step, order=2)
+    scene = ph.Scene(source / "examples/double_pendulum/scene.toml", method="own_two_step", step=0.01, duration=1)
+    for _ in range(2):  # with and without a memory of another run
+        refused(lambda: scene.run(), "gives another change when it is called again")
 
 
 def test_an_error_of_ones_own_is_not_tried_at_every_step(source):
