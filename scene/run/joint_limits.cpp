@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "scene/assemble/assembly.h"
+#include "scene/run/limit_notes.h"
 #include "scene/run/run_report.h"
 
 namespace porthos::scene {
@@ -54,9 +56,14 @@ void JointLimits::see(std::span<const double> record) {
 }
 
 void JointLimits::fill(RunReport& report) const {
+  std::vector<Joint> worst = joints_;
+  std::erase_if(worst, [](const Joint& j) {
+    return !(j.beyond > 1e-12);  // rounding, as of a joint that rests at its stop
+  });
+  if (worst.empty()) return;
+  std::ranges::stable_sort(worst, std::greater(), &Joint::beyond);
   std::string list;
-  for (const Joint& j : joints_) {
-    if (!(j.beyond > 1e-12)) continue;  // rounding, as of a joint that rests at its stop
+  for (const Joint& j : std::span(worst).first(std::min(worst.size(), most_told))) {
     const char* unit = j.turn ? "rad" : "m";
     const bool below = j.lower && j.position < *j.lower;
     const std::string where =
@@ -66,7 +73,8 @@ void JointLimits::fill(RunReport& report) const {
         fmt::format("{}'{}' {}, beyond its {} limit of {:.6g} {}", list.empty() ? "joint " : "; ",
                     j.name, where, below ? "lower" : "upper", below ? *j.lower : *j.upper, unit);
   }
-  if (list.empty()) return;
+  if (worst.size() > most_told)
+    list += fmt::format("; less far beyond: {} more", worst.size() - most_told);
   report.notes.push_back(list +
                          ": limits of the model file do not act without an element of type "
                          "\"limits\" or \"joint_stop\"");

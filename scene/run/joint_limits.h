@@ -22,7 +22,8 @@ class JointLimits {
   bool any() const { return !joints_.empty(); }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record);
-  /// Adds one note of all joints that were beyond a limit: at the start, or how far at most.
+  /// Adds one note of joints that were beyond a limit, at the start, or how far at most: of the
+  /// three worst, and how many more there are.
   void fill(RunReport& report) const;
 
  private:

@@ -1,0 +1,61 @@
+// Notes on joints beyond the limits of a model file: the three worst and a count, not a paragraph.
+#include <gtest/gtest.h>
+
+#include "scene/session/memory_run.h"
+#include "tests/run/scenes.h"
+
+namespace porthos::test::joint_limits_test {
+namespace {
+
+/// Of a chain of joints that start at 1, 1.1, 1.2 ... rad and turn as fast in rad/s: the note on
+/// their limits, 0.5 rad and 0.25 rad/s, with these words.
+std::string note_on(int joints, const std::string& words) {
+  scene::Scene s;
+  s.method = "gauss8";
+  s.step = 0.001;
+  s.duration = s.record_every = 0.001;
+  std::string urdf = "<robot name='chain'><link name='link_0'/>";
+  for (int k = 1; k <= joints; ++k) {
+    const std::string n = std::to_string(k), name = "joint_" + n;
+    urdf +=
+        link("link_" + n, 1) + joint(name, "link_" + std::to_string(k - 1), "link_" + n, "0 1 0",
+                                     "<limit lower='-9' upper='0.5' effort='0' velocity='0.25'/>");
+    s.joints[name] = {0.9 + 0.1 * k, 0.9 + 0.1 * k};
+  }
+  for (size_t at; (at = urdf.find("continuous")) != std::string::npos;)
+    urdf.replace(at, 10, "revolute");
+  const TemporaryFolder folder;
+  const Case c = make_case(folder, s, urdf + "</robot>");
+  for (const auto& n : scene::run_in_memory(c.scene, c.assembly, {}).notes)
+    if (n.find(words) != n.npos) return n;
+  return "";
+}
+
+double told(const std::string& note) {
+  int names = 0;
+  for (size_t at = 0; (at = note.find("'joint_", at)) != note.npos; ++at) ++names;
+  return names;
+}
+
+TEST(JointLimits, TheThreeWorstAndACount) {
+  const std::string eleven = note_on(11, "limits of the model file do not act without");
+  keeps("joints that the note on eleven names", told(eleven), 3);
+  breaks("that of three names them all", told(note_on(3, "limits of the model file")), 2);
+  EXPECT_TRUE(says(eleven,
+                   "joint 'joint_11' is at 2 rad at the start, beyond its upper limit of "
+                   "0.5 rad; 'joint_10' is at 1.9 rad"))
+      << eleven;
+  EXPECT_TRUE(says(eleven, "; less far beyond: 8 more: limits")) << eleven;
+  EXPECT_FALSE(says(note_on(3, "limits of the model file"), " more")) << "control";
+}
+
+TEST(JointLimits, TheThreeFastestAndACount) {
+  const std::string six = note_on(6, "velocities of the model file's limits");
+  keeps("joints that the note on six names", told(six), 3);
+  EXPECT_TRUE(says(six, "joint 'joint_6' moves at ")) << six;
+  EXPECT_TRUE(says(six, ", and 3 more: velocities")) << six;
+  EXPECT_FALSE(says(note_on(3, "velocities of the model file's"), " more")) << "control";
+}
+
+}  // namespace
+}  // namespace porthos::test::joint_limits_test
