@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <string_view>
 
 #include "scene/files/text_table.h"
 
@@ -64,7 +65,11 @@ double round_step(double span, int parts) {
 }
 
 double text_width(const std::string& text, double size) {
-  return double(letters(text)) * size * 0.6;
+  const auto some = [&](std::string_view of) {
+    return double(std::ranges::count_if(text, [&](char c) { return of.find(c) != of.npos; }));
+  };
+  return size * (0.6 * double(letters(text)) + 0.3 * some("mwMW") +
+                 0.1 * some("ABCDEFGHIJKLMNOPQRSTUVWXYZ"));
 }
 
 std::string dashed(const std::string& pattern, double width) {

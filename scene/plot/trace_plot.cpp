@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 #include <optional>
 #include <tuple>
 
@@ -28,11 +29,17 @@ struct Drawn {
   const TraceLine* line;
   std::string name, colour, dash;
   double width;
+  bool wraps = false;                      ///< an angle that jumps from π to -π
   std::vector<double> from = {}, to = {};  ///< of a stacked area
 };
 
 bool idle(const TraceLine& l) {
   return l.stroke == Stroke::line && std::ranges::all_of(l.value, [](double v) { return v == 0; });
+}
+
+bool in_half_turns(const TraceLine& l) {
+  return std::ranges::none_of(l.value,
+                              [](double v) { return std::fabs(v) > std::numbers::pi + 1e-9; });
 }
 
 class TracePlot {
@@ -76,6 +83,7 @@ class TracePlot {
       if (folded && idle(l)) continue;
       Drawn d{&l, l.name, "", "", look_.stroke};
       style(d, next);
+      d.wraps = p.what.ends_with("[rad]") && in_half_turns(l);
       next += l.stroke == Stroke::line;
       if (p.stacked) stack(d, top);
       all.push_back(std::move(d));
@@ -86,6 +94,7 @@ class TracePlot {
       all.push_back({&nothing, fmt::format("{} {}: 0", idles, others ? "others" : "lines"), soft,
                      "", look_.rule});
     }
+    if (!p.others.empty()) all.push_back({&nothing, p.others, soft, "", look_.rule});
     return all;
   }
   void style(Drawn& d, size_t next) const {
@@ -148,7 +157,7 @@ class TracePlot {
       const double need = entry_width(d[i]);
       if (rows.empty() || need > free) {
         rows.emplace_back();
-        free = look_.right - look_.left;
+        free = 2 * look_.right - look_.width;
       }
       rows.back().push_back(i);
       free -= need;
@@ -156,7 +165,7 @@ class TracePlot {
     return rows;
   }
   double entry_width(const Drawn& d) const {
-    return look_.swatch + 3 + 0.85 * text_width(d.name, look_.legend) + 4;
+    return look_.swatch + 3 + text_width(d.name, look_.legend) + 4;
   }
 
   double scaled(double v) const { return log_ ? std::log10(v) : v; }
@@ -252,6 +261,7 @@ class TracePlot {
         flush();
         continue;
       }
+      if (d.wraps && k > 0 && std::fabs(value[k] - value[k - every]) > std::numbers::pi) flush();
       fmt::format_to(std::back_inserter(points), "{:.1f},{:.1f} ", x(t[k]), y(s));
       if (area)
         back = fmt::format("{:.1f},{:.1f} ", x(t[k]), y(std::max(low_, scaled(from[k])))) + back;
@@ -282,11 +292,11 @@ class TracePlot {
     const auto rows = rows_above(drawn);
     double base = top_ - look_.row * double(rows.size()) + 4;
     for (const auto& row : rows) {
-      double at = look_.left;
+      double at = look_.width - look_.right;  // as far from the edge as the panel is
       for (const size_t i : row) {
         swatch(drawn[i], at, base, stacked);
         svg_->text(at + look_.swatch + 3, base, "start", look_.legend, ink,
-                   fit_text(drawn[i].name, 0.9 * look_.legend, look_.right - at - look_.swatch));
+                   fit_text(drawn[i].name, look_.legend, look_.right - at - look_.swatch - 3));
         at += entry_width(drawn[i]);
       }
       base += look_.row;

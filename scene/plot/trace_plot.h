@@ -25,10 +25,12 @@ struct TracePanel {
   bool logarithmic = false;  ///< by powers of ten; values <= 0 are left out
   bool log_time = false;     ///< the panels of a picture share the first one's axis of time
   bool stacked = false;      ///< areas upon each other, each from 0, or its least value below that
+  std::string others = {};   ///< last in the legend: which lines are elsewhere
 };
 
 /// Panels below each other over one time axis, as a complete SVG document for a screen. Of many
-/// lines those that are 0 all the time are counted ("7 others: 0").
+/// lines those that are 0 all the time are counted ("7 others: 0"). An angle in rad that never leaves
+/// [-π, π] has a gap where it jumps by more than π.
 std::string trace_plot(const std::vector<TracePanel>& panels, const std::string& title,
                        const std::string& subtitle);
 

@@ -134,6 +134,20 @@ TracePanel balance_panel(const fs::path& part, const Json& summary, const std::s
       fmt::format("{} has no panel '{}': nothing is supplied or lost", part.string(), what));
 }
 
+/// A panel found by its name; joints that turn often are in another.
+TracePanel told(TracePanel p, const std::vector<TracePanel>& all) {
+  const std::string name = without_unit(p.what);
+  if (name != "joints" && name != "rates of joints") return p;
+  std::string turning = p.what;
+  turning.insert(turning.find("joints"), "turning ");
+  for (const TracePanel& q : all)
+    if (q.what == turning)
+      p.others =
+          fmt::format("{} {} in '{}'", q.lines.size(),
+                      q.lines.size() == 1 ? "other is" : "others are", without_unit(turning));
+  return p;
+}
+
 /// What a name means of the motion: panels, or a line alone. @throws InvalidArgument if nothing
 std::vector<TracePanel> named(const Motion& motion, const std::string& what) {
   if (what == "motion") return motion.panels;
@@ -142,7 +156,7 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what) {
   for (const bool exact : {true, false})
     for (const TracePanel& p : motion.panels)
       if ((exact ? p.what : without_unit(p.what)) == (exact ? what : without_unit(what)))
-        return {p};
+        return {told(p, motion.panels)};
   std::vector<TracePanel> found;
   std::string full;  // names of what was found
   for (const TracePanel& p : motion.panels) {
@@ -171,11 +185,13 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what) {
 /// Panels of many lines as several below each other, as readable as the screen's.
 std::vector<TracePanel> split(const std::vector<TracePanel>& panels) {
   std::vector<TracePanel> all;
-  for (const TracePanel& p : panels)
+  for (const TracePanel& p : panels) {
     for (size_t from = 0; from < p.lines.size(); from += most_lines)
       all.push_back({p.what,
                      {p.lines.begin() + long(from),
                       p.lines.begin() + long(std::min(from + most_lines, p.lines.size()))}});
+    if (!all.empty()) all.back().others = p.others;
+  }
   return all;
 }
 

@@ -6,13 +6,18 @@
 #include <gtest/gtest.h>
 #include <tinyxml2.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <numbers>
 #include <random>
 #include <regex>
 
 #include "tests/places.h"
+#include "tests/support/bounds.h"
 
 namespace porthos::test::plot_test {
 namespace {
@@ -159,6 +164,80 @@ TEST(Plot, AFigureIsOfOneColumnAndItsLinesDifferByTheirDashes) {
   EXPECT_EQ(std::ranges::adjacent_find(dashes), dashes.end());
   EXPECT_EQ(svg.find("font-size=\"7"), std::string::npos);
   EXPECT_NE(svg.find("font-size=\"8\""), std::string::npos);
+}
+
+/// Width of a text in DejaVu Sans, whose advances are in 1/1000 of its size.
+double width_in_dejavu(const std::string& text, double size) {
+  static const std::map<char, double> advance{
+      {'a', 613}, {'b', 635}, {'d', 635}, {'e', 615}, {'f', 352}, {'h', 634}, {'i', 278},
+      {'j', 278}, {'l', 278}, {'m', 974}, {'n', 634}, {'o', 612}, {'p', 635}, {'r', 411},
+      {'s', 521}, {'t', 392}, {'u', 634}, {'w', 818}, {'_', 500}, {'1', 636}, {'2', 636},
+      {'A', 684}, {'D', 770}, {'E', 632}, {'F', 575}, {'H', 752}, {'L', 557}, {'M', 863},
+      {'N', 748}, {'O', 787}, {'R', 695}, {'T', 611}, {'U', 732}, {'W', 989}};
+  double sum = 0;
+  for (const char c : text) sum += advance.at(c);
+  return 1e-3 * size * sum;
+}
+
+/// By how much texts of the legend of a figure reach into the dashes right of them [pt].
+double overlap(const std::vector<std::string>& names) {
+  TracePanel p{"joints [rad]", {}};
+  for (const auto& n : names) p.lines.push_back({n, {0, 1}, {0.1, 1}});
+  tinyxml2::XMLDocument document;
+  document.Parse(figure({p}).c_str());
+  const auto* root = document.RootElement();
+  double most = -HUGE_VAL;
+  for (auto* t = root->FirstChildElement("text"); t; t = t->NextSiblingElement("text")) {
+    if (std::ranges::find(names, t->GetText()) == names.end()) continue;
+    const double end = t->DoubleAttribute("x") + width_in_dejavu(t->GetText(), 8);
+    most = std::max(most, end - root->DoubleAttribute("width"));
+    const auto* next = t->NextSiblingElement();  // the dash of the name beside it
+    if (!next || std::strcmp(next->Name(), "line") != 0) continue;
+    if (std::fabs(t->DoubleAttribute("y") - next->DoubleAttribute("y1")) < 4)
+      most = std::max(most, end - next->DoubleAttribute("x1"));
+  }
+  return most;
+}
+
+TEST(Plot, NamesOfALegendDoNotReachTheDashesBesideThem) {
+  const std::vector<std::string> arm{"arm1_panda_joint1", "arm2_panda_joint2", "arm1_panda_joint2"},
+      other{"LEFT_WHEEL_MOMENTUM", "mmm_momentum", "HEAD_ROLL", "shoulder", "wheel_1"};
+  keeps("17 letters of lower case [pt]", overlap(arm), 0);
+  keeps("capitals and wide letters [pt]", overlap(other), 0);
+  // two of 17 letters stand side by side, so that there is something to reach
+  breaks("the same, were texts a quarter wider [pt]",
+         overlap(arm) + 0.25 * width_in_dejavu(arm[0], 8), 0);
+}
+
+size_t count(const std::string& text, const std::string& word) {
+  size_t n = 0;
+  for (size_t at = 0; (at = text.find(word, at)) != text.npos; ++at) ++n;
+  return n;
+}
+
+TEST(Plot, AnAngleThatJumpsHasAGapThere) {
+  std::vector<double> t, angle, rate;
+  for (int i = 0; i < 200; ++i) {
+    t.push_back(i);
+    angle.push_back(std::remainder(0.1 * i, 2 * std::numbers::pi));  // three jumps
+    rate.push_back(i < 100 ? -3.2 : 3.2);
+  }
+  const auto lines = [&](const std::string& what, const std::vector<double>& v) {
+    const std::vector<TracePanel> panels{{what, {{"z", t, v}}}};
+    EXPECT_EQ(count(figure(panels), "<polyline"), count(trace_plot(panels, "", ""), "<polyline"));
+    return double(count(figure(panels), "<polyline"));
+  };
+  keeps("pieces of an angle that jumps thrice, off 4", std::fabs(lines("a [rad]", angle) - 4), 0);
+  keeps("pieces of other numbers, off 1", std::fabs(lines("a [m]", angle) - 1), 0);
+  keeps("of what leaves [-pi, pi], off 1", std::fabs(lines("a [rad]", rate) - 1), 0);
+  breaks("control: an angle that jumps, off 1", std::fabs(lines("a [rad]", angle) - 1), 0);
+}
+
+TEST(Plot, TheLegendTellsWhichLinesAreElsewhere) {
+  TracePanel p{"joints [rad]", {{"a", {0, 1}, {0, 1}}}};
+  p.others = "2 others are in 'turning joints'";
+  for (const auto& svg : {figure({p}), trace_plot({p}, "", "")})
+    EXPECT_EQ(std::ranges::count(texts(svg), p.others), 1);
 }
 
 /// The report has the colours of the SVG files.

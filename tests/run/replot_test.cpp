@@ -109,6 +109,26 @@ TEST(Replot, APanelIsChosenByItsName) {
   EXPECT_TRUE(says(refused("free", "works"), "has no panel 'works': nothing is supplied or lost"));
 }
 
+TEST(Replot, APanelTellsJointsThatAreInAnother) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "arm.urdf", arm_urdf());
+  const auto told = [&](const std::string& rate, const std::string& what) {
+    write_bytes(
+        folder / "scene.toml",
+        "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[initial]\njoints.elbow = { velocity = " +
+            rate + " }\n[integrator]\nmethod = 'gauss8'\nstep = 0.02\n[run]\nduration = 20\n");
+    const auto s = scene::read_scene((folder / "scene.toml").string());
+    scene::run(s, scene::assemble(s), into(folder / "out"));
+    const auto svg = scene::figures(folder / "out", what).at(0);
+    const size_t at = svg.find("1 other is in '");
+    return at == svg.npos ? "" : svg.substr(at, svg.find('<', at) - at);
+  };
+  EXPECT_EQ(told("-6.0", "joints"), "1 other is in 'turning joints'");
+  EXPECT_EQ(told("-6.0", "rates of joints [rad/s]"), "1 other is in 'rates of turning joints'");
+  EXPECT_EQ(told("-6.0", "turning joints"), "");
+  EXPECT_EQ(told("-0.1", "joints"), "") << "control: none turns often";
+}
+
 TEST(Replot, FoldersWithoutAFinishedRunAreRefused) {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& name) {
