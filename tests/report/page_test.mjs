@@ -33,6 +33,11 @@ cpSync(join(source, "examples/double_pendulum/double_pendulum.urdf"), join(out("
 writeFileSync(join(out("many_scene"), "scene.toml"), readFileSync(example("double_pendulum"), "utf8").replace(/^title = .*/m, 'title = "Many <b>arms</b>"').replace(/^energy = .*/m, "energy = 1e-8").replace(/^step = .*/m, "step = 0.05") +
   '\n[[output]]\nquantity = "position"\nname = "tip"\nlink = "lower"\n[[event]]\ntype = "lock"\njoint = "elbow"\nabove = 8\n[ensemble]\ncases = 60\n[ensemble.vary]\n"initial.joints.*.position" = { uniform = [-2.5, 2.5] }\n');
 porthos("ensemble", join(out("many_scene"), "scene.toml"), "--duration", "10", "--out", out("many"));
+mkdirSync(out("turns_scene"), { recursive: true });  // a joint that turns often
+cpSync(join(source, "examples/double_pendulum/double_pendulum.urdf"), join(out("turns_scene"), "double_pendulum.urdf"));
+writeFileSync(join(out("turns_scene"), "scene.toml"), readFileSync(example("double_pendulum"), "utf8").replace(/^\[initial\]\n(.+\n)*/m, "[initial]\njoints.elbow = { velocity = 30 }\n").replace("record_every = 1.0", "record_every = 0.01") +
+  '\n[[output]]\nquantity = "euler_angles"\nname = "heading"\nlink = "lower"\nsequence = "yzx"\n');
+porthos("run", join(out("turns_scene"), "scene.toml"), "--duration", "3", "--out", out("turns"));
 porthos("identify", example("identification"), join(source, "examples/identification/log.csv"), "--parameters", "spring.stiffness,bearing.coulomb,bearing.viscous", "--sigma", "1e-3", "--out", out("identified"));
 cpSync(out("ets"), out("damaged"), { recursive: true });
 truncateSync(join(out("damaged"), "run.h5"), statSync(join(out("damaged"), "run.h5")).size >> 1);
@@ -178,6 +183,20 @@ console.log("motion");
     return { jump, most };
   });
   expect(path.jump < 0.05 * path.most, `the path goes on across events: largest step ${path.jump.toExponential(1)} m of ${path.most.toExponential(1)} m`);
+  await tab.close();
+}
+{
+  const { tab } = await open("turns");
+  const seen = await tab.evaluate(() => {
+    const { t, panels } = porthos.data.motion, line = (what, k) => panels.find((p) => p.what === what).lines[k].v;
+    const gaps = (v) => v.reduce((n, y) => n + Number.isNaN(y), 0);
+    const jump = (v) => v.reduce((most, y, i) => (i && Math.abs(y - v[i - 1]) > most ? Math.abs(y - v[i - 1]) : most), 0);
+    return { whole: panels.every((p) => p.lines.every((l) => l.v.length === t.length)), gaps: gaps(line("heading [rad]", 1)), jump: jump(line("heading [rad]", 1)),
+      others: gaps(line("heading [rad]", 0)) + gaps(line("turning joints [rad]", 0)), notes: [...document.querySelectorAll("#motion .what")].map((e) => e.textContent) };
+  });
+  expect(seen.gaps === 5 && seen.jump < 1 && seen.whole, `an Euler angle has ${seen.gaps} gaps (5), and its largest step is ${seen.jump.toFixed(2)} rad (1)`);
+  expect(seen.others === 0, "control: angles that do not jump have none");
+  expect(seen.notes.includes("1 other is in “Turning joints”.") && seen.notes.includes("1 other is in “Rates of turning joints”."), `joints of another panel are told: ${seen.notes.join(" ")}`);
   await tab.close();
 }
 

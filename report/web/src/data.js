@@ -58,7 +58,19 @@ function joinMotion(phases) {
     const before = k > 0 && p.what.startsWith("path of") ? lines.get(l.name)[k - 1].at(-1) : 0;  // a path goes on from where it was
     lines.get(l.name)[k] = Float64Array.from(floats(l.v), (x) => x + (before || 0));
   })));
-  return { t: joined(t), panels: [...panels].map(([what, lines]) => ({ what, lines: [...lines].map(([name, v]) => ({ name, v: joined(v) })) })) };
+  return withGaps({ t: joined(t), panels: [...panels].map(([what, lines]) => ({ what, lines: [...lines].map(([name, v]) => ({ name, v: joined(v) })) })) });
+}
+
+/** A motion with a record more where an angle that never leaves [-π, π] jumps from one end to the other: a gap of that line. */
+function withGaps({ t, panels }) {
+  const lines = panels.flatMap((p) => p.lines), jumps = (v, i) => Math.abs(v[i] - v[i - 1]) > Math.PI;
+  const wraps = panels.filter((p) => p.what.endsWith("[rad]")).flatMap((p) => p.lines).filter((l) => !l.v.some((y) => Math.abs(y) > Math.PI + 1e-6));  // of floats
+  const order = Array.from(t.keys()).flatMap((i) => (i > 0 && wraps.some((l) => jumps(l.v, i)) ? [-i, i] : [i]));
+  for (const l of lines) {
+    const v = l.v, wrapped = wraps.includes(l);
+    l.v = Float64Array.from(order, (i) => (i >= 0 ? v[i] : wrapped && jumps(v, -i) ? NaN : v[-i]));
+  }
+  return { t: Float64Array.from(order, (i) => t[Math.abs(i)]), panels };
 }
 
 function decodeClip(c, nodes) {
