@@ -62,6 +62,7 @@ export function chart(o) {
         { label: "time", value: (u, v) => (v === null ? "" : `${short(Number(v.toPrecision(5)))} ${unit.name}`) },
         ...o.lines.map((l) => ({
           label: l.name, stroke: colour(l.colour), width: l.width || 1.6, dash: l.dash, spanGaps: false, points: { show: false },
+          gaps: (u, s, first, last, all) => all.map(([a, b]) => [a - 1, b + 1]),  // with the edges of the stroke that crosses them
           show: !l.hidden, value: (u, v, s, i) => (i === null || i === undefined ? "" : short(Number(Number(l.shown ? l.shown[i + Math.max(0, from)] : v).toPrecision(4)))),
           fill: l.fill ? (o.stacked ? colour(l.colour) + "33" : undefined) : undefined,
         })),
