@@ -6,6 +6,7 @@ What a panel holds comes from C++, as in the SVG files (scene/plot); here it is 
 from __future__ import annotations
 
 import difflib
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,39 +34,57 @@ def thinned(t: np.ndarray, most: int = 3000) -> np.ndarray:
 
 
 def _style(ax: "Axes", title: str, unit: str) -> None:
-    ax.set_title(title, loc="left", fontsize=9, color=INK)
+    if ax.name == "3d":
+        raise InvalidArgument(f"the axes are of three dimensions and '{title}' is no place x, y, z in metres, expected axes as of Figure().subplots()")
+    ax.set_title(title, fontsize=9, color=INK)
+    ax.set_xlabel("time [s]", fontsize=8, color=SOFT)
     ax.set_ylabel(title if unit == "1" else unit, fontsize=8, color=SOFT)
     ax.tick_params(labelsize=7.5, colors=SOFT, length=3)
     ax.grid(True, color=GRID, linewidth=0.7)
     ax.set_axisbelow(True)
-    for side in ("top", "right"):
-        ax.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        ax.spines[side].set_color(GUIDE)
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.spines[["left", "bottom"]].set_color(GUIDE)
 
 
-def _legend(ax: "Axes") -> None:
-    """Above the axes, where it covers no data."""
+def _legend(ax: "Axes", narrow: bool = False) -> float:
+    """Above the axes and their title, where it covers no data; its height [pt]. narrow: in axes of the user's, of which it takes at most
+    half the height, by smaller letters; within them where nothing makes room above."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
     handles, names = ax.get_legend_handles_labels()
-    if not handles:
-        return
-    width = ax.get_figure().get_figwidth() / ax.get_subplotspec().get_gridspec().ncols if ax.get_subplotspec() else 5.0
-    across = max(1, min(len(handles), int(width * 72 / (5 * max(map(len, names)) + 40))))
-    ax.legend(fontsize=7, frameon=False, labelcolor=INK, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.2, borderpad=0, ncol=across, handlelength=2.2, columnspacing=1.2)
-    ax.set_title(ax.get_title(loc="left"), loc="left", fontsize=9, color=INK, pad=6 + 11 * -(-len(handles) // across))
+    if not handles or len(names) == 1 and ax.get_title().endswith(names[0]):
+        return 0.0
+    figure = ax.get_figure()
+    width, height = (72 / figure.dpi * x for x in ax.bbox.size)
+    for size in (7, 6, 5) if narrow else (7,):
+        entry = 4.3 * size + max(text_to_path.get_text_width_height_descent(n, FontProperties(size=size), False)[0] for n in names)
+        across = min(len(names), max(1, int((width + 1.2 * size) / entry)))  # no gap right of the last column
+        tall = 1.5 * size * -(-len(names) // across)
+        if tall <= 0.5 * height:
+            break
+    if narrow and tall > 0.5 * height:
+        warnings.warn(f"the names of {len(names)} lines do not fit above these axes, expected larger axes, or legend=False and names of your own", stacklevel=5)
+        return 0.0
+    place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0, 1), "borderaxespad": (22 if ax.get_title() else 3) / size, "frameon": False}
+    if narrow and not figure.get_layout_engine() and tall + 22 > 72 / figure.dpi * (figure.bbox.y1 - ax.bbox.y1):
+        place = {"loc": "best", "framealpha": 0.8}
+    ax.legend(**place, fontsize=size, labelcolor=INK, borderpad=0, ncol=across, handlelength=2.2, columnspacing=1.2)
+    return tall
 
 
-def _lines(ax: "Axes", t: np.ndarray, lines: dict[str, np.ndarray]) -> None:
-    """Of many lines those that are 0 all the time are counted."""
+def _lines(ax: "Axes", t: np.ndarray, lines: dict[str, np.ndarray], angles: bool = False) -> None:
+    """Of many lines those that are 0 all the time are counted. Angles [rad] that never leave [-π, π] have gaps where they jump."""
     shown = {n: y for n, y in lines.items() if np.any(y)}
     if len(lines) <= 4 or len(lines) - len(shown) < 2:
         shown = lines
     first = len(ax.get_legend_handles_labels()[0])  # of another run in the same axes
     for k, (name, y) in enumerate(shown.items(), first):
-        ax.plot(t, y, color=LINES[k % 8], linestyle=DASHES[(k + k // 8) % 8], linewidth=1.2, label=name)
+        wraps = angles and not np.any(np.abs(y) > np.pi + 1e-9)
+        at = np.flatnonzero(np.abs(np.diff(y)) > np.pi) + 1 if wraps else []  # gaps
+        ax.plot(np.insert(t, at, np.nan), np.insert(y, at, np.nan), color=LINES[k % 8], linestyle=DASHES[(k + k // 8) % 8], linewidth=1.2, label=name)
     if idle := len(lines) - len(shown):
         ax.plot([], [], color=SOFT, linewidth=0.6, label=f"{idle} {'others' if shown else 'lines'}: 0")
-    _legend(ax)
 
 
 def _in_order(r: Result, group: str, rows: str) -> dict[str, np.ndarray]:
@@ -83,7 +102,6 @@ def _energies(ax: "Axes", r: Result) -> None:
         top = base + (y[at] - least)
         ax.fill_between(t, base, top, color=LINES[k % 8], alpha=0.8, linewidth=0, label=name + (" (above its least)" if least < 0 else ""))
         base = top
-    _legend(ax)
 
 
 def _works_of(r: Result) -> dict[str, np.ndarray]:
@@ -114,7 +132,6 @@ def _logarithmic(ax: "Axes", curves: dict[str, tuple[np.ndarray, np.ndarray]], l
         ax.set_yscale("log")
         if t[-1] > 100 * (t[1] - t[0]):
             ax.set_xscale("log")
-    _legend(ax)
 
 
 def draw(result: Result) -> "Figure":
@@ -130,7 +147,7 @@ def draw(result: Result) -> "Figure":
     grid = figure.subplots(2, 2).ravel()
     for ax, into in zip(grid, drawn):
         into(ax, result)
-        ax.set_xlabel("time [s]", fontsize=8, color=SOFT)
+        _legend(ax)
     for ax in grid[len(drawn):]:
         figure.delaxes(ax)
     figure.suptitle(f"{s['title']}    {s['method']}, step {s['step_s']:g} s, {s['steps']} steps, verdict: {s['verdict']}",
@@ -144,11 +161,16 @@ def _of_motion(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
     motion = result.motion()
     t = motion.pop("time [s]")["t"]
 
-    def panel(what, lines):
+    def panel(title, unit, lines):
         def draw_into(ax, _):
-            title, unit = what[:-1].split(" [")
+            if ax.name == "3d" and unit == "m" and list(lines) == ["x", "y", "z"]:
+                return _path(ax, title, lines)
+            turning = title.replace("joints", "turning joints")
+            others = len(motion.get(f"{turning} [{unit}]", ())) if title in ("joints", "rates of joints") else 0
             _style(ax, title, unit)
-            _lines(ax, t, lines)
+            if others:
+                ax.set_title(f"{title} ({others} {'other is' if others == 1 else 'others are'} in '{turning}')", fontsize=9, color=INK)
+            _lines(ax, t, lines, unit == "rad")
         return draw_into
 
     def several(name, places):
@@ -159,16 +181,27 @@ def _of_motion(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
     panels, alone, places = {}, {}, {}
     for what, lines in motion.items():
         title, unit = what[:-1].split(" [")
-        panels[title if title not in panels else what] = panel(what, lines)  # outputs have a panel for each unit
+        panels[title if title not in panels else what] = panel(title, unit, lines)  # outputs have a panel for each unit
         for name, y in lines.items():
             full = f"{title}.{name}"
-            alone[full] = panel(f"{full} [{unit}]", {name: y})
+            alone[full] = panel(full, unit, {name: y})
             places.setdefault(name, []).append(full)
             if places[name][1:] and name in ("w", "x", "y", "z", "mx", "my", "mz", "fx", "fy", "fz"):
                 alone[name] = several(name, places[name])
             else:  # joint_1 is the place, not the rate, as its panel comes first
-                alone.setdefault(name, panel(f"{name} [{unit}]", {name: y}))
+                alone.setdefault(name, panel(name, unit, {name: y}))
     return panels, alone
+
+
+def _path(ax: Any, title: str, lines: dict[str, np.ndarray]) -> None:
+    """A place in metres as a path in space."""
+    k = len(ax.get_legend_handles_labels()[0])
+    ax.plot(*lines.values(), color=LINES[k % 8], linestyle=DASHES[k % 8], linewidth=1.2, label=title)
+    ax.set_title(title, fontsize=9, color=INK)
+    ax.tick_params(labelsize=7, colors=SOFT, pad=0)
+    for name in lines:
+        getattr(ax, f"set_{name}label")(f"{name} [m]", fontsize=8, color=SOFT, labelpad=-4)
+    ax.set_aspect("equal")
 
 
 def _residual(ax: "Axes", r: Result) -> None:
@@ -187,11 +220,13 @@ def _momenta(ax: "Axes", r: Result) -> None:
 PANELS = {"energies": _energies, "works": _works, "residual": _residual}
 
 
-def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, label: str | None = None) -> Any:
+def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, label: str | None = None, legend: bool = True) -> Any:
     """One panel of a result with axes of its own, or in yours: "energies", "works", "residual", or of the motion "joints", "rates of joints" ...
 
     what = "motion": all panels of the motion in one figure. The name of a line, as of an output: that line alone. label: what a
-    run is called among others in the same axes. Returns the Figure. Raises InvalidArgument, naming what there is.
+    run is called among others in the same axes. legend: whether lines are named above the axes (in them where the figure has no layout
+    and they do not fit above; left out with a warning where they would take more than half the height). Axes of three dimensions show a place x, y, z [m] as a path. Returns the Figure. Raises
+    InvalidArgument, naming what there is.
     """
     if not isinstance(result, Result):
         result = open_result(result)
@@ -215,15 +250,16 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, labe
         draw[names[0]](axes, result)
         if label is not None:
             _call(label, [a for a in axes.get_legend_handles_labels()[0] if a not in before])
-            _legend(axes)
-        axes.set_xlabel("time [s]", fontsize=8, color=SOFT)
+        if legend:
+            _legend(axes, narrow=True)
         return axes.figure
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(7.5, 2.3 * len(names) + 0.6), layout="constrained")
     for name, ax in zip(names, figure.subplots(len(names), 1, squeeze=False)[:, 0]):
         draw[name](ax, result)
-        ax.set_xlabel("time [s]", fontsize=8, color=SOFT)
+        if legend:
+            figure.set_figheight(figure.get_figheight() + _legend(ax) / 72)
     figure.suptitle(result.summary["title"] or "run", x=0.01, ha="left", fontsize=11, color=INK)
     return figure
 
@@ -282,16 +318,19 @@ def _ensemble(e: EnsembleResult, what: str | None, axes: "Axes | None") -> "Figu
     return figure
 
 
-def plot(result: Result | EnsembleResult | PathLike, path: PathLike | None = None, what: str | None = None, axes: "Axes | None" = None, label: str | None = None) -> Any:
+def plot(result: Result | EnsembleResult | PathLike, path: PathLike | None = None, what: str | None = None, axes: "Axes | None" = None, label: str | None = None, legend: bool = True) -> Any:
     """Draws a result, or the one in a folder. path: a .png, .svg or .pdf file; None: plot.png in the folder of the run, or for a
     run in memory the Figure alone, which is returned in any case. Phases of a scene with events have a picture each, but for their
     motion, which is in one. Of an ensemble: histograms over its cases, what: one number by its name.
 
     what: "motion" or one panel, see panel(); then a file is written only if path names one. axes: matplotlib axes to draw it in, where
-    several runs may be, each by its label.
+    several runs may be, each by its label. legend=False: without the names of lines. The title is the ordinary one, which axes.set_title("mine")
+    replaces.
     """
     if what is None and axes is not None:
         raise InvalidArgument("axes are of one panel, expected what as well")
+    if not legend and what is None:
+        raise InvalidArgument("legend is of one panel, expected what as well")
     if label is not None and axes is None:
         raise InvalidArgument("label is of a run in axes of yours, expected axes as well")
     if not isinstance(result, (Result, EnsembleResult)):
@@ -306,10 +345,10 @@ def plot(result: Result | EnsembleResult | PathLike, path: PathLike | None = Non
     if len(phases) > 1 and not of_motion:
         if axes is not None:
             raise InvalidArgument(f"axes are of one phase, expected one of the {len(phases)} in result.phases")
-        return [plot(p, None if path is None else Path(path).with_stem(f"{Path(path).stem}_{k}"), what) for k, p in enumerate(phases, 1)]
+        return [plot(p, None if path is None else Path(path).with_stem(f"{Path(path).stem}_{k}"), what, legend=legend) for k, p in enumerate(phases, 1)]
     if path is None and result.folder is not None and what is None:
         path = result.folder / "plot.png"
-    figure = draw(phases[0]) if what is None else panel(result if of_motion else phases[0], what, axes, label)
+    figure = draw(phases[0]) if what is None else panel(result if of_motion else phases[0], what, axes, label, legend)
     return _saved(figure, path)
 
 

@@ -72,7 +72,7 @@ def test_an_unfinished_one_says_so(tmp_path):
 def test_pictures(ensemble, tmp_path):
     pytest.importorskip("matplotlib")
     figure = ph.plot(ensemble, tmp_path / "all.svg")
-    assert [a.get_title(loc="left") for a in figure.axes if a.get_visible()] == ["energy error", "motion"]
+    assert [a.get_title() for a in figure.axes if a.get_visible()] == ["energy error", "motion"]
     assert sum(p.get_height() for p in figure.axes[1].patches) == 12  # every case in one bar
     one = ph.plot(ensemble, what="initial.joints.elbow.position")
     assert len(one.axes) == 1

@@ -1,9 +1,11 @@
 """Pictures by matplotlib."""
+import io
 import os
 import re
 import subprocess
 import sys
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -21,7 +23,7 @@ def run(source, tmp_path_factory):
 
 def test_four_panels(run, tmp_path):
     figure = ph.plot(run, tmp_path / "a.svg")
-    titles = [a.get_title(loc="left") for a in figure.axes]
+    titles = [a.get_title() for a in figure.axes]
     assert titles[:3] == ["energies", "works", "residual"] and "momenta" in titles[3]
     names = [t.get_text() for t in figure.axes[1].get_legend().get_texts()]
     balance = run.summary["balance"]
@@ -33,7 +35,7 @@ def test_four_panels(run, tmp_path):
 
 def test_the_motion(run, source, tmp_path):
     figure = ph.plot(run, tmp_path / "motion.svg", what="motion")
-    titles = [a.get_title(loc="left") for a in figure.axes]
+    titles = [a.get_title() for a in figure.axes]
     assert {"rotation of base", "rates of base, own axes", "path of base", "velocity of base"} <= set(titles), titles
     assert (tmp_path / "motion.svg").stat().st_size > 20000
     from matplotlib.figure import Figure
@@ -121,10 +123,10 @@ def test_nothing_covers_the_data(run, source, tmp_path):
         figure.canvas.draw()
         for ax in figure.axes:
             legend = ax.get_legend().get_window_extent()
-            assert not legend.overlaps(ax.get_window_extent()) or legend.y0 >= ax.get_window_extent().y1 - 1, ax.get_title(loc="left")
+            assert not legend.overlaps(ax.get_window_extent()) or legend.y0 >= ax.get_window_extent().y1 - 1, ax.get_title()
     # without sources and losses there is no panel for them
     free = ph.Scene(source / "examples/ets_vii/scene.toml", duration=5).run(tmp_path / "free", progress=False)
-    assert [a.get_title(loc="left") for a in ph.plot(free).axes][:2] == ["energies", "residual"]
+    assert [a.get_title() for a in ph.plot(free).axes][:2] == ["energies", "residual"]
     refused(lambda: ph.plot(free, what="works"), "no panel 'works'", "nothing is supplied or lost")
 
 
@@ -160,7 +162,7 @@ def test_a_line_of_several_panels_is_named_with_its_panel(run, monkeypatch, tmp_
     monkeypatch.setattr(type(run), "motion", lambda self: {k: dict(v) for k, v in panels.items()})
     (line,) = [k for k in ph.plot(run, what="bus.x").axes[0].get_lines() if len(k.get_xdata()) == 5]
     assert np.array_equal(line.get_ydata(), 2 * t)
-    assert ph.plot(run, what="y").axes[0].get_title(loc="left") == "y"
+    assert ph.plot(run, what="y").axes[0].get_title() == "y"
     refused(lambda: ph.plot(run, what="x"), "a line of several panels, expected one of: tip.x, bus.x")
     monkeypatch.undo()
     name = next(k for k in run.motion() if k.startswith("rates of"))
@@ -181,6 +183,114 @@ def test_outputs_have_a_panel_for_each_unit(run, monkeypatch):
     t = np.linspace(0, 1, 5)
     monkeypatch.setattr(type(run), "motion", lambda self: {"outputs [rad]": {"a": t}, "com [m]": {"x": t}, "outputs [m]": {"b": t}, "time [s]": {"t": t}})
     axes = ph.plot(run, what="motion").axes
-    assert [(a.get_title(loc="left"), a.get_ylabel()) for a in axes] == [("outputs", "rad"), ("com", "m"), ("outputs", "m")]
+    assert [(a.get_title(), a.get_ylabel()) for a in axes] == [("outputs", "rad"), ("com", "m"), ("outputs", "m")]
     for what, line in (("outputs [rad]", "a"), ("outputs", "a"), ("outputs [m]", "b")):
         assert [k.get_label() for k in ph.plot(run, what=what).axes[0].get_lines()] == [line]
+
+
+def keeps(what, measured, bound):
+    print(f"  {what:58} {measured:.3g}   bound {bound:.3g}")
+    assert measured <= bound, (what, measured)
+
+
+def breaks(what, measured, bound):
+    print(f"  {what:58} {measured:.3g}   control, must exceed {bound:.3g}")
+    assert measured > bound, (what, measured)
+
+
+def of_motion(monkeypatch, run, **panels):
+    """The run as if it had moved so: lines by the titles of panels, over 0 ... 20 s."""
+    t = np.linspace(0, 20, 201)
+    lines = {k.replace("_", " "): {n: f(t) for n, f in v.items()} for k, v in panels.items()}
+    monkeypatch.setattr(type(run), "motion", lambda self: {**{k: dict(v) for k, v in lines.items()}, "time [s]": {"t": t}})
+    return t
+
+
+def test_a_panel_tells_joints_that_are_in_another(run, monkeypatch):
+    def title(what, turning):
+        of_motion(monkeypatch, run, **{"joints [rad]": {"elbow": np.sin}, "rates of joints [rad/s]": {"elbow": np.cos},
+                                       **({"turning joints [rad]": {k: np.exp for k in turning}, "rates of turning joints [rad/s]": {k: np.exp for k in turning}} if turning else {})})
+        return ph.plot(run, what=what).axes[0].get_title()
+
+    assert title("joints", ["a", "b"]) == "joints (2 others are in 'turning joints')"
+    assert title("rates of joints", ["a"]) == "rates of joints (1 other is in 'rates of turning joints')"
+    assert title("turning joints", ["a"]) == "turning joints" and title("joints", []) == "joints"  # controls
+
+
+def outside(figure, what):
+    """By how much a thing reaches over the edge of its figure [pt]."""
+    box, whole = what.get_window_extent(), figure.bbox
+    return 72 / figure.dpi * max(whole.x0 - box.x0, whole.y0 - box.y0, box.x1 - whole.x1, box.y1 - whole.y1)
+
+
+def test_many_lines_fit_small_axes_of_the_user(run, monkeypatch):
+    from matplotlib.figure import Figure
+
+    def drawn(letters, layout, size=(3.4, 2.4), **more):
+        of_motion(monkeypatch, run, **{"joints [rad]": {f"{k:x}" * letters: np.sin for k in range(12)}})
+        axes = Figure(figsize=size, layout=layout).subplots()
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # as "constrained_layout not applied because axes sizes collapsed to zero"
+            ph.plot(run, what="joints", axes=axes, **more)
+            axes.figure.savefig(io.BytesIO())
+        return axes
+
+    for layout, size in (("constrained", (3.4, 2.4)), (None, (6, 3))):
+        axes = drawn(17, layout, size)
+        keeps(f"legend over the edge of a figure of layout {layout} [pt]", outside(axes.figure, axes.get_legend()), 0.5)
+        if layout:
+            keeps("name of the axis of time over the edge [pt]", outside(axes.figure, axes.xaxis.label), 0.5)
+            keeps("height of the figure over that of its axes", axes.figure.bbox.height / axes.bbox.height, 5)
+            keeps("axes over the foot of the legend [pt]", 72 / axes.figure.dpi * (axes.bbox.y1 - axes.get_legend().get_window_extent().y0), 0)
+    assert drawn(80, "constrained", legend=False).get_legend() is None
+    with pytest.raises(UserWarning, match="the names of 12 lines do not fit above these axes, expected larger axes, or legend=False"):
+        drawn(80, "constrained")  # control
+    refused(lambda: ph.plot(run, legend=False), "legend is of one panel, expected what as well")
+
+
+def test_a_title_of_the_user_replaces_ours(run, monkeypatch):
+    from matplotlib.figure import Figure
+
+    of_motion(monkeypatch, run, **{"tip [m]": {"x": np.sin, "y": np.cos}})
+    for mine in ("mine", ""):
+        axes = Figure(figsize=(3.4, 2.4), layout="constrained").subplots()
+        ph.plot(run, what="tip", axes=axes)
+        assert axes.get_title() == "tip"
+        axes.set_title(mine)
+        axes.figure.savefig(io.BytesIO())
+        assert [axes.get_title(loc=k) for k in ("left", "center", "right")] == ["", mine, ""]
+        if mine:
+            keeps("title over the foot of the legend [pt]", 72 / axes.figure.dpi * (axes.title.get_window_extent().y1 - axes.get_legend().get_window_extent().y0), 0)
+            axes.set_title(mine, fontsize=24)
+            breaks("one of 24 pt", 72 / axes.figure.dpi * (axes.title.get_window_extent().y1 - axes.get_legend().get_window_extent().y0), 0)
+
+
+def test_axes_of_three_dimensions_show_a_path(run, monkeypatch):
+    from matplotlib.figure import Figure
+
+    t = of_motion(monkeypatch, run, **{"hand [m]": {"x": np.sin, "y": np.cos, "z": np.sqrt}, "speed [m/s]": {"x": np.sin, "y": np.cos, "z": np.sqrt}})
+    axes = Figure().add_subplot(projection="3d")
+    ph.plot(run, what="hand", axes=axes, label="first")
+    (line,) = axes.get_lines()
+    assert all(np.array_equal(a, f(t)) for a, f in zip(line.get_data_3d(), (np.sin, np.cos, np.sqrt)))
+    assert [axes.get_xlabel(), axes.get_ylabel(), axes.get_zlabel(), line.get_label()] == ["x [m]", "y [m]", "z [m]", "first"]
+    for what in ("speed", "hand.x", "energies", "residual"):
+        refused(lambda: ph.plot(run, what=what, axes=axes), f"the axes are of three dimensions and '{what}' is no place x, y, z in metres, expected axes as of Figure().subplots()")
+    assert len(axes.get_lines()) == 1
+
+
+def test_angles_that_jump_have_gaps(run, monkeypatch):
+    wrapped = lambda t: np.angle(np.exp(1j * t))  # noqa: E731, jumps at pi, 3 pi and 5 pi
+    of_motion(monkeypatch, run, **{"attitude [rad]": {"z": wrapped, "turned": lambda t: 2 * wrapped(t)}, "place [m]": {"z": wrapped}})
+
+    def longest(what, line):
+        y = ph.plot(run, what=what).axes[0].get_lines()[line].get_ydata()
+        return np.nanmax(np.abs(np.diff(y))), np.isnan(y).sum()
+
+    step, gaps = longest("attitude", 0)
+    assert gaps == 3
+    keeps("largest step of an angle that jumps [rad]", step, 0.11)
+    for what, line in (("attitude", 1), ("place", 0)):
+        step, gaps = longest(what, line)
+        assert gaps == 0
+        breaks(f"of {what}, line {line}, which has no gaps", step, np.pi)
