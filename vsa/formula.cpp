@@ -29,6 +29,18 @@ phs::Formula parsed(const Formula& p) {
   }
 }
 
+/// Whether the energy is odd in φ, as torques are and energies seldom.
+bool is_odd(const Elastic& e, double most, double sigma) {
+  double sum = 0, size = 0;
+  for (int i = 1; i <= 20; ++i) {
+    const double one = e.energy(most * i / 20, 0.0, sigma),
+                 other = e.energy(-most * i / 20, 0.0, sigma);
+    sum = std::max(sum, std::fabs(one + other));
+    size = std::max(size, std::fabs(one - other));
+  }
+  return sum <= 1e-12 * size;
+}
+
 /// Refuses a place where the energy is not finite or the stiffness is negative.
 void check_places(const Elastic& e, bool with_sigma) {
   constexpr int deflections = 201, sigmas = 21;
@@ -69,8 +81,11 @@ void check_places(const Elastic& e, bool with_sigma) {
   if (!(softest >= -1e-9 * stiffest))  // rounding of sums that cancel
     refuse_formula(fmt::format(
         "the stiffness is {:.6g} N m/rad at phi = {:.4g} rad{}, expected 0 or more over the range "
-        "of the limits (of phi: ± pi without a limit): the equilibrium would not be unique",
-        softest, phi_there, with_sigma ? fmt::format(" and sigma = {:.4g}", sigma_there) : ""));
+        "of the limits (of phi: ± pi without a limit): {}",
+        softest, phi_there, with_sigma ? fmt::format(" and sigma = {:.4g}", sigma_there) : "",
+        is_odd(e, most, sigma_there)
+            ? "the energy is odd in phi: is it the torque? state its integral"
+            : "the equilibrium would not be unique"));
   if (!(stiffest > 0))
     refuse_formula("the stiffness is 0 everywhere, expected an energy that bends with phi");
 }

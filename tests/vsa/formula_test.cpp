@@ -158,6 +158,9 @@ TEST(FormulaEnergy, WhatIsNoSpringIsRefusedWithItsPlace) {
       {"0.5*phi^2 - phi^4", small, "the stiffness is -2 N m/rad at phi = -0.5 rad, expected"},
       {"(sigma - 0.5)*phi^2", small,
        "the stiffness is -1 N m/rad at phi = -0.5 rad and sigma = 0, expected"},
+      {"(2 + sigma)*phi - 90*phi^3", small,
+       "the energy is odd in phi: is it the torque? state its integral"},
+      {"0.5*phi^2 - phi^3", small, "the equilibrium would not be unique"},  // control: not odd
       {"log(phi)*phi", {}, "the energy is nan at phi = -3.142 rad, expected a finite number"},
       {"sqrt(phi^2)", {}, "is nan at phi = 0 rad, expected a finite number"},
       {"phi^2/sigma", sigma, "is inf at phi = -3.142 rad and sigma = 0, expected a finite"},
