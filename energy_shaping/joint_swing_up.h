@@ -93,6 +93,9 @@ class JointSwingUp {
     double soft = 0;      ///< s of a pump
     double friction = 0;  ///< sum of damping without actuator
     double margin = 0;
+    /// To begin with: a twentieth of the acceleration by the limit, or ten times what friction
+    /// takes, at most a half. 0: without a limit it is not known
+    double first_pump = 0;
   };
 
  private:

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "energy_shaping/detail/swing_law.h"
@@ -33,7 +34,9 @@ struct FallSums {
 FallSums sums_of_falls(const SwingData& data, const std::vector<double>& upright, double wanted) {
   const auto& model = *data->plant;
   const size_t n = upright.size() / 2;
-  SwingPlant<double> plant(data);
+  auto with_pump = std::make_shared<JointSwingUp::Data>(*data);
+  with_pump->gains.pump = 1;  // for the plant to see h
+  SwingPlant<double> plant(with_pump);
   SwingPositions positions(*data, upright);
   auto x = upright;
   std::vector<double> v(n);
@@ -86,16 +89,22 @@ void JointSwingUp::look_for_the_lowest(const std::vector<double>& upright) {
 
 void JointSwingUp::choose_margin(const std::vector<double>& upright) {
   const SwingUpGains& g = data_->gains;
+  const bool needed = g.pump > 0 || data_->friction > 0;
+  const FallSums sums = needed ? sums_of_falls(data_, upright, data_->wanted) : FallSums{};
   if (g.limit < HUGE_VAL) {
     SwingPlant<double> plant(data_);
     plant.look(upright);
-    certificate_.report("acceleration by the limit", g.limit * plant.mobility,
-                        "limit (M⁻¹)_aa at the upright [rad/s² | m/s²]: several times a pump");
+    const double most = g.limit * plant.mobility,
+                 against = sums.h > 0 ? 10 * sums.friction / sums.h : 0;
+    data_->first_pump = std::stod(fmt::format("{:.2g}", std::clamp(against, most / 20, most / 2)));
+    certificate_.report("acceleration by the limit", most,
+                        fmt::format("limit (M⁻¹)_aa at the upright [rad/s² | m/s²]: begin with a "
+                                    "pump of {:g}",
+                                    data_->first_pump));
   }
   const char* text = "aimed at above E*; without friction E settles there, not at E* [J]";
   data_->margin = g.margin.value_or(0);
   if (g.pump > 0) {
-    const FallSums sums = sums_of_falls(data_, upright, data_->wanted);
     if (data_->friction > 0)
       certificate_.at_least("pump over friction", g.pump * sums.h / sums.friction, 1,
                             "largest power of the pump over that of friction, means of 4000 states "
@@ -170,13 +179,17 @@ Progress JointSwingUp::progress() const {
     if (limited > 0)
       text += fmt::format("; its limit acted at {:.2g} % of the samples", 100 * limited);
     if (limited > 0.5) return text + ": a larger limit";
+    const bool pumps = d->gains.pump > 0;
+    if (missing > 0.02 * d->depth && !pumps)
+      return text +
+             (d->first_pump > 0 ? fmt::format(": pump = {:g} and bandwidth = 1", d->first_pump)
+                                : ": pump and bandwidth") +
+             " in place of its gains";
     if (missing > 0.02 * d->depth && d->friction > 0)
-      return text + (d->gains.pump > 0
-                         ? fmt::format(": energy_margin = {:.2g}", d->margin + missing)
-                         : ": pump and bandwidth in place of its gains, which pay for friction");
+      return text + fmt::format(": energy_margin = {:.2g}", d->margin + missing);
     if (missing < -0.1 * d->depth && d->margin > 0) return text + ": a smaller energy_margin";
-    return text +
-           (d->gains.pump > 0 ? ": another pump or bandwidth" : ": another bandwidth or damping");
+    if (missing < -0.1 * d->depth && pumps) return text + ": a smaller pump";
+    return text + (pumps ? ": another pump or bandwidth" : ": another bandwidth or damping");
   };
   return {at, remedy};
 }

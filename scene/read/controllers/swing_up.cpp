@@ -92,8 +92,8 @@ ControllerType swing_up_controller() {
                   "of the driven joint, ω: instead of the four gains, which follow from it"),
            number("damping_ratio", "1", "0.3", "ζ, beside bandwidth"),
            number("pump", "rad/s² (m/s²)", "none",
-                  "largest acceleration of the driven joint that pumps, beside bandwidth: pays for "
-                  "friction of the other joints"),
+                  "largest acceleration of the driven joint that pumps, beside bandwidth, also "
+                  "against friction of the other joints: begin with the certificate's twentieth"),
            number("energy_margin", "J", "0, of a pump by the friction",
                   "aims at so much above the energy of the upright"),
            number("energy", "see docs/controllers.md", "required without bandwidth",
