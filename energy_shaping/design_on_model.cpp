@@ -108,6 +108,7 @@ DesignOnModel::DesignOnModel(std::shared_ptr<const mechanics::MechanicalModel> m
   const auto driven = size_t(port_offsets(model->description(), {joints.driven})[0]);
   data_ = std::make_shared<const Data>(
       Data{std::move(model), std::move(loop), map, driven, joints.rest, joints.limit});
+  for (const auto& [name, value, meaning] : map.numbers) certificate_.report(name, value, meaning);
   check_motion();
   refuse_failure(certificate_);
 }

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "energy_shaping/certificate.h"
@@ -26,6 +27,8 @@ struct DesignMap {
   double A[2][2] = {{1, 0}, {0, 1}};
   bool accelerated = false;
   double scale = 1;
+  /// The design's numbers that were read off the mechanism: name, value, meaning with unit.
+  std::vector<std::tuple<const char*, double, const char*>> numbers = {};
 };
 
 /// A matched loop of a design as the law of a mechanism. Where M_d > 0 does not hold (a cart-pole
@@ -38,7 +41,7 @@ class DesignOnModel {
   DesignOnModel(std::shared_ptr<const mechanics::MechanicalModel> model, LoopPtr loop,
                 const DesignMap& map, const DesignJoints& joints);
 
-  /// That of the loop, then the comparison of the motions.
+  /// That of the loop, then the numbers read off the mechanism and the comparison of the motions.
   const Certificate& certificate() const { return certificate_; }
   PortLaw port_law() const;
 

@@ -19,9 +19,13 @@ using PlantPtr = std::shared_ptr<const phs::Model>;
 /// = (-1, 1). Source: Ortega, Spong, Gomez-Estern, Blankenstein 2002. The gain kp = 3.75 published
 /// there for the numbers below is k1 = 0.1 here.
 struct InertiaWheelPendulum {
-  double I1 = 0.1, I2 = 0.2, m3 = 10;  ///< [kg m²], [kg m²], [N m]
-  double a1 = 1, a2 = -1.5, a3 = 6;    ///< M_d = [[a1, a2], [a2, a3]]
-  double k1 = 0.1, kv = 10;
+  /// Of the pendulum about its pivot with the wheel's mass at its axis, J + m_w l_w² [kg m²]
+  double I1 = 0.1;
+  double I2 = 0.2;  ///< of the wheel about its axis [kg m²]
+  double m3 = 10;  ///< no mass: m g l of pendulum and wheel, the torque of gravity when level [N m]
+  double a1 = 1, a2 = -1.5, a3 = 6;  ///< M_d = [[a1, a2], [a2, a3]]
+  double k1 = 0.1;                   ///< of ½ z² in V_d, z = q2 - I1 (a2 + a3)/(I2 (a1 + a2)) q1
+  double kv = 10;                    ///< damping injected, -kv Gᵀ ∂H_d/∂p
 };
 /// The same pendulum with the gains by which the linearised loop has the poles of
 /// (s² + 2ζω s + ω²)². A constant M_d reaches every stable polynomial s⁴ + c3 s³ + c2 s² + c1 s +
@@ -39,8 +43,10 @@ LoopPtr inertia_wheel_pendulum(const InertiaWheelPendulum& d, PlantPtr plant = n
 /// Ball and beam: q1 the ball from the middle, q2 the beam, M = diag(1, L² + q1²), V = g q1 sin q2,
 /// torque on the beam. Source: Ortega, Spong, Gomez-Estern, Blankenstein 2002, section VI.
 struct BallAndBeam {
-  double L = 1, g = 9.81;
-  double kp = 5, kv = 3;
+  double L = 1;     ///< √(J/m), J of beam and ball about the hinge, the ball there [m]
+  double g = 9.81;  ///< acceleration of gravity along the beam when upright [m/s²]
+  double kp = 5;    ///< of ½ z² in V_d, z = q2 - asinh(q1/L)/√2
+  double kv = 3;    ///< damping injected, -kv Gᵀ ∂H_d/∂p
 };
 PlantPtr ball_and_beam_plant(const BallAndBeam& d);
 LoopPtr ball_and_beam(const BallAndBeam& d, PlantPtr plant = nullptr,
@@ -51,9 +57,13 @@ LoopPtr ball_and_beam(const BallAndBeam& d, PlantPtr plant = nullptr,
 /// G = (-b cos q1, 1); a = g/l, b = 1/l. Holds for |q1| < π/2; the cart may stop anywhere
 /// (q2_rest). Source: Acosta, Ortega, Astolfi, Mahindrakar 2005, section IV.
 struct CartPole {
-  double a = 10, b = 1;
-  double k = 1, m22 = 0.1, P = 1, kv = 3;
-  double q2_rest = 0;
+  double a = 10;       ///< m g l/J of the pole, J about its hinge; of a point mass g/l [1/s²]
+  double b = 1;        ///< m l/J of the pole; of a point mass 1/l [1/m]
+  double k = 1;        ///< scale of M_d, and 1/k of the pole's part of V_d
+  double m22 = 0.1;    ///< the constant part of (M_d)_22 = k cos q1 + m22
+  double P = 1;        ///< of ½ z² in V_d, z = q2 - q2_rest + a function of q1
+  double kv = 3;       ///< damping injected, -kv Gᵀ ∂H_d/∂p
+  double q2_rest = 0;  ///< where the cart is to stop [m]
 };
 PlantPtr cart_pole_plant(const CartPole& d);
 /// @throws InvalidArgument unless a, b, k, m22, P > 0
@@ -65,9 +75,17 @@ LoopPtr cart_pole(const CartPole& d, PlantPtr plant = nullptr,
 /// M_d is constant. V_d is quasi-periodic, so that the rest point is a local minimum only: mind the
 /// basin. Source: Mahindrakar, Astolfi, Ortega, Viola 2006.
 struct Acrobot {
-  double c1 = 2.3333, c2 = 5.3333, c3 = 2, c4 = 3, c5 = 2, g = 9.8;
+  // m, J: of each link, J about its centre of mass; l1: from shoulder to elbow; lc: from each
+  // link's joint to its centre of mass
+  double c1 = 2.3333;     ///< J1 + m1 lc1² + m2 l1² about the shoulder [kg m²]
+  double c2 = 5.3333;     ///< J2 + m2 lc2² about the elbow [kg m²]
+  double c3 = 2;          ///< m2 l1 lc2 [kg m²]
+  double c4 = 3;          ///< m1 lc1 + m2 l1 [kg m]
+  double c5 = 2;          ///< m2 lc2 [kg m]
+  double g = 9.8;         ///< acceleration of gravity [m/s²]
   double a2 = 1, a3 = 4;  ///< M_d = [[k a2, a2], [a2, a3]], k = 1 - √(c1/c2)
-  double ku = 200, kv = 2;
+  double ku = 200;        ///< of ½ z² in V_d, z = q2 + (1 + √(c1/c2)) q1
+  double kv = 2;          ///< damping injected, -kv Gᵀ ∂H_d/∂p
 
   /// The same numbers read off a plant with coordinates (shoulder from upright, elbow).
   static Acrobot of(const phs::Model& plant, double g = 9.81);
@@ -83,10 +101,12 @@ LoopPtr acrobot(const Acrobot& d, PlantPtr plant = nullptr,
 /// G = [[1, 0], [0, 1], [cos θ, sin θ]/ε]. Source: Acosta, Ortega, Astolfi, Mahindrakar 2005,
 /// section V.
 struct Vtol {
-  double epsilon = 0.5, g = 9.8;
+  double epsilon = 0.5;            ///< J/(m h), h from the centre of mass down to the engine [m]
+  double g = 9.8;                  ///< acceleration of gravity [m/s²]
   double k1 = 2, k2 = 3, k3 = 12;  ///< M_d
-  double P = 0.1, kv = 10;
-  double x_rest = 0, y_rest = 0;
+  double P = 0.1;                  ///< of ½ (z1² + z2²) in V_d, z: place less functions of θ
+  double kv = 10;                  ///< damping injected, -kv Gᵀ ∂H_d/∂p
+  double x_rest = 0, y_rest = 0;   ///< where it is to hover [m]
 };
 PlantPtr vtol_plant(const Vtol& d);
 /// @throws InvalidArgument unless k3 > 5 k1 ε, k1/ε > k2 > k1/(2ε), P > 0

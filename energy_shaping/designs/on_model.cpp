@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -7,6 +9,7 @@
 #include "energy_shaping/design_on_model.h"
 #include "energy_shaping/designs/require.h"
 #include "mechanics/crba.h"
+#include "mechanics/kinematics.h"
 #include "mechanics/momentum.h"
 
 /// The numbers of the designs, read off mechanisms. What they leave out (other terms of M or V,
@@ -60,6 +63,22 @@ class TwoJoints {
           design, other, other, rest_[o], rest_[o] < pi / 2 ? rest_[o] + pi : rest_[o] - pi));
     return amplitude;
   }
+  /// @throws InvalidArgument for two hinges whose axes are not parallel
+  void parallel(const char* design) {
+    const auto& c = m_.coordinates();
+    std::array<double, 12> J{};
+    const auto& last = *std::ranges::max_element(m_.bodies(), {}, &mechanics::BodyFrame::node);
+    mechanics::jacobian<double>(m_, w_, rest_, last, mechanics::JacobianAxes::world, J);
+    const mechanics::Vec3d a{J[0], J[1], J[2]}, b{J[6], J[7], J[8]};
+    const double sine = mechanics::norm(cross(a, b));
+    if (sine > 1e-3)  // the comparison of the motions sees less
+      throw InvalidArgument(fmt::format(
+          "design '{}' does not apply: the axes of '{}' and '{}' are not parallel ({:.4g} degrees "
+          "apart), expected a wheel about the pendulum's axis; a rotary pendulum is for types "
+          "swing_up and lqr",
+          design, c[d].joint, c[o].joint,
+          180 / pi * std::atan2(sine, std::fabs(mechanics::dot(a, b)))));
+  }
   double gravity() const { return mechanics::norm(m_.gravity()); }
 
   size_t d, o;
@@ -94,6 +113,7 @@ DesignOnModel cart_pole_on(ModelPtr model, const DesignJoints& joints, CartPole 
   c.q2_rest = 0;
   auto map = ordered(j, coupling < 0 ? -1 : 1);
   map.accelerated = true;
+  map.numbers = {{"a", c.a, "m g l/J of the pole [1/s²]"}, {"b", c.b, "m l/J of the pole [1/m]"}};
   return {model, cart_pole(c), map, joints};
 }
 
@@ -110,7 +130,13 @@ DesignOnModel acrobot_on(ModelPtr model, const DesignJoints& joints, Acrobot a) 
                difference = 0.5 * (j.V(0, pi) - j.V(pi, pi));  // of an elbow that is folded
   a.c4 = 0.5 * (both + difference) / a.g;
   a.c5 = 0.5 * (both - difference) / a.g;
-  return {model, acrobot(a), ordered(j), joints};
+  auto map = ordered(j);
+  map.numbers = {{"c1", a.c1, "J1 + m1 lc1² + m2 l1² about the shoulder [kg m²]"},
+                 {"c2", a.c2, "J2 + m2 lc2² about the elbow [kg m²]"},
+                 {"c3", a.c3, "m2 l1 lc2 [kg m²]"},
+                 {"c4", a.c4, "m1 lc1 + m2 l1 [kg m]"},
+                 {"c5", a.c5, "m2 lc2 [kg m]"}};
+  return {model, acrobot(a), map, joints};
 }
 
 namespace {
@@ -118,6 +144,7 @@ namespace {
 template <class Gains>
 DesignOnModel wheel_on(const ModelPtr& model, const DesignJoints& joints, Gains gains) {
   TwoJoints j(model, joints);
+  j.parallel("inertia-wheel pendulum");
   InertiaWheelPendulum w;
   w.I2 = j.M(j.d, j.d);
   w.I1 = j.M(j.o, j.o) - w.I2;
@@ -125,6 +152,9 @@ DesignOnModel wheel_on(const ModelPtr& model, const DesignJoints& joints, Gains 
   auto map = ordered(j, 1, j.M(j.o, j.d) < 0 ? -1 : 1);
   map.A[1][j.o] = 1;  // the wheel's angle in the world
   map.scale = map.A[1][j.d];
+  map.numbers = {{"I1", w.I1, "of the pendulum with the wheel's mass at its axis [kg m²]"},
+                 {"I2", w.I2, "of the wheel about its axis [kg m²]"},
+                 {"m3", w.m3, "m g l of pendulum and wheel [N m]"}};
   return {model, inertia_wheel_pendulum(gains(w)), map, joints};
 }
 
@@ -155,6 +185,8 @@ DesignOnModel ball_and_beam_on(ModelPtr model, const DesignJoints& joints, BallA
   b.g = std::fabs(weight) / mass;
   auto map = ordered(j, 1, weight < 0 ? -1 : 1);
   map.scale = mass * map.A[1][j.d];
+  map.numbers = {{"L", b.L, "√(J/m), J of beam and ball about the hinge [m]"},
+                 {"g", b.g, "acceleration of gravity along the beam when upright [m/s²]"}};
   return {model, ball_and_beam(b), map, joints};
 }
 

@@ -135,6 +135,48 @@ TEST(DesignOnModel, AnInertiaWheelSwingsUpAsTheReferenceRun) {
   }
 }
 
+/// The numbers of each design, by hand from masses. Control: I1 without the wheel's mass.
+TEST(DesignOnModel, ReadsTheNumbersOffTheMasses) {
+  const char* const urdf = R"(<robot name="wheel_pendulum"><link name="stand"/>
+<link name="rod"><inertial><origin xyz="0 0 -0.12"/><mass value="0.2"/>
+<inertia ixx="0.0012" iyy="0.0012" izz="4e-5" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="wheel"><inertial><mass value="0.3"/>
+<inertia ixx="0.0006" iyy="0.0012" izz="0.0006" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="pivot" type="continuous"><parent link="stand"/><child link="rod"/>
+<axis xyz="0 1 0"/></joint>
+<joint name="motor" type="continuous"><parent link="rod"/><child link="wheel"/>
+<origin xyz="0 0 -0.25"/><axis xyz="0 1 0"/></joint></robot>)";
+  mechanics::UrdfOptions fixed;
+  fixed.base = mechanics::UrdfOptions::Base::fixed;
+  fixed.gravity = {0, 0, -9.81};
+  const auto pendulum =
+      std::make_shared<mechanics::MechanicalModel>(std::make_shared<mechanics::Mechanism>(
+          mechanics::parse_urdf(urdf, "wheel.urdf", fixed).mechanism));
+  const auto off = [](const DesignOnModel& d, const char* name, double known) {
+    return std::fabs(d.certificate().item(name).value / known - 1);
+  };
+  const auto wheel = inertia_wheel_on(pendulum, {"motor.torque", {pi, 0}}, 5, 0.8);
+  const double rod = 0.0012 + 0.2 * 0.12 * 0.12;
+  test::keeps("I1", off(wheel, "I1", rod + 0.3 * 0.25 * 0.25), 1e-14);
+  test::breaks("control: I1 without the wheel's mass", off(wheel, "I1", rod), 1e-14);
+  test::keeps("I2", off(wheel, "I2", 0.0012), 1e-14);
+  test::keeps("m3", off(wheel, "m3", 9.81 * (0.2 * 0.12 + 0.3 * 0.25)), 1e-14);
+
+  const auto cart =
+      cart_pole_on(cart_and_pole(1), {"cart_joint.force", {0, pi}}, {.k = 1, .m22 = 0.1});
+  test::keeps("a of a point mass, g/l", off(cart, "a", 10), 1e-14);
+  test::keeps("b, 1/l", off(cart, "b", 1), 1e-14);
+  const auto acrobot = acrobot_on(acrobot_of_two_rods(), {"lower_joint.torque", {pi, 0}}, {});
+  test::keeps("c1", off(acrobot, "c1", 1 / 3.0 + 4 * 0.25 + 1), 1e-14);
+  test::keeps("c2", off(acrobot, "c2", 4 / 3.0 + 4), 1e-14);
+  test::keeps("c3", off(acrobot, "c3", 2), 1e-14);
+  test::keeps("c4", off(acrobot, "c4", 4 * 0.5 + 1), 1e-14);
+  test::keeps("c5", off(acrobot, "c5", 2), 1e-14);
+  const auto ball = ball_and_beam_on(beam(), {"beam_joint.torque", {0, 0}}, {});
+  test::keeps("L", off(ball, "L", 1), 1e-14);
+  test::keeps("g", off(ball, "g", 9.81), 1e-14);
+}
+
 /// The characteristic polynomial of the plant under the law, by values at three complex numbers:
 /// (s² + 2ζω s + ω²)². Control: another kv.
 TEST(DesignOnModel, AnInertiaWheelHasTheWantedPoles) {
@@ -225,6 +267,18 @@ TEST(DesignOnModel, RefusesAModelThatIsNotTheDesigns) {
         inertia_wheel_on(wheel_pendulum(1), {"wheel_joint.torque", {pi, 0}}, {});
       },
       "'pendulum_joint' hangs at its target");
+  // A rotary pendulum is no wheel pendulum. Control: AnInertiaWheelSwingsUpAsTheReferenceRun.
+  const auto rotary =
+      two(10, link("arm", "world", "revolute", {0, 0, 1}, {0, 0, 0}, 0.3, {0.1, 0, 0}, 0.001),
+          link("rod", "arm", "revolute", {1, 0, 0}, {0.2, 0, 0}, 0.12, {0, 0, -0.2}, 0.0016));
+  const auto why = words_of([&] {
+    inertia_wheel_on(rotary, {"arm_joint.torque", {0, pi}}, 5, 0.8);
+  });
+  EXPECT_EQ(why,
+            "design 'inertia-wheel pendulum' does not apply: the axes of 'arm_joint' and "
+            "'rod_joint' are not parallel (90 degrees apart), expected a wheel about the "
+            "pendulum's axis; a rotary pendulum is for types swing_up and lqr");
+  test::keeps("characters of this sentence", double(why.size()), 220);
   // The pole driven instead of the cart: a = 0.
   says(
       [&] {
