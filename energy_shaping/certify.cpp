@@ -84,11 +84,19 @@ void held_joints(const ClosedLoop& loop, Certificate& c) {
                 "or fix them");
 }
 
+/// "40 % of its limit", the largest share of an input; empty: there are no limits.
+std::string share_of_limits(const Vec& peak, const Vec& limits) {
+  if (limits.empty()) return "";
+  double share = 0;
+  for (size_t j = 0; j < limits.size(); ++j) share = std::max(share, peak[j] / limits[j]);
+  return fmt::format("{:.0f} % of its limit", 100 * share);
+}
+
 void inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& basin,
-                     Certificate& c) {
+                     const Vec& limits, Certificate& c) {
   const auto law = loop.loop<double>();
   std::mt19937_64 generator(region.seed + 2);
-  Vec u(size_t(loop.plant().description().nu)), at;
+  Vec u(size_t(loop.plant().description().nu)), at, peaks(loop.actuated().size());
   double peak = 0;
   int inside_basin = 0;
   const size_t n = region.lower.size();
@@ -102,14 +110,51 @@ void inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& 
     for (size_t k = n; k < 2 * n; ++k) x[k] *= scale;
     law->law(0.0, x, u);
     ++inside_basin;
-    for (const int a : loop.actuated())
-      if (std::fabs(u[size_t(a)]) > peak) {
-        peak = std::fabs(u[size_t(a)]);
+    for (size_t j = 0; j < peaks.size(); ++j) {
+      const double size = std::fabs(u[size_t(loop.actuated()[j])]);
+      peaks[j] = std::max(peaks[j], size);
+      if (size > peak) {
+        peak = size;
         at = x;
       }
+    }
   }
+  const std::string share = share_of_limits(peaks, limits);
   c.report("input on the basin", peak,
-           fmt::format("largest |u| on H_d = c, {} states sampled", inside_basin), {}, at);
+           fmt::format("largest |u| on H_d = c, {} states sampled{}{}", inside_basin,
+                       share.empty() ? "" : "; ", share),
+           {}, at);
+}
+
+/// ", start 2", where there are several.
+std::string of_start(const CertifyOptions& o, size_t s) {
+  return o.starts.size() > 1 ? fmt::format(", start {}", s + 1) : "";
+}
+
+/// H_d of each start against the level c of the basin. Where V_d stays below c on the straight way
+/// to the rest point, the start is in its component.
+void starts_in_basin(const ClosedLoop& loop, const CertifyOptions& o, const Basin& basin,
+                     Certificate& c) {
+  const auto law = loop.instantiate<double>();
+  const Vec& rest = loop.rest();
+  const double level = basin.level, clear = level - 0.01 * std::max(basin.depth, 0.0);
+  for (size_t s = 0; s < o.starts.size(); ++s) {
+    require_size("start state", o.starts[s].size(), rest.size());
+    const double H = law->hamiltonian(o.starts[s]);
+    bool straight = true;
+    Vec x = rest;
+    for (int i = 0; i <= 200; ++i) {
+      for (size_t k = 0; k < rest.size() / 2; ++k)
+        x[k] = rest[k] + i / 200.0 * (o.starts[s][k] - rest[k]);
+      straight = straight && law->hamiltonian(x) < clear;
+    }
+    c.report("basin, H_d" + of_start(o, s), H,
+             !(H < level) ? fmt::format("at the start: outside the basin, c = {:.6g}", level)
+             : straight   ? fmt::format("at the start: inside the basin, c = {:.6g}", level)
+                          : fmt::format("at the start: below c = {:.6g}, but on the straight way "
+                                          "to the rest V_d comes within 1 % of it",
+                                        level));
+  }
 }
 
 double distance(const ClosedLoop& loop, const Vec& x) {
@@ -123,9 +168,6 @@ void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
   const auto settled = [&](const Run& r) {
     return r.finished && std::fabs(r.H.back() - rest) <= o.settled * std::fabs(r.H.front() - rest);
   };
-  const auto at_start = [&](size_t s) {
-    return o.starts.size() > 1 ? fmt::format(", start {}", s + 1) : "";
-  };
   // If some directions have no stiffness (a floating base, a quaternion's sign), there is no single
   // state from which a distance could be measured.
   const bool whole = !loop.certificate().has("directions without stiffness") ||
@@ -138,7 +180,7 @@ void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
       const double H0 = std::fabs(r.H.front() - rest);
       const std::string name =
           (period > 0 ? fmt::format("run at {:g} ms", 1e3 * period) : "run, continuous") +
-          at_start(s);
+          of_start(o, s);
       c.add({name,
              H0 > 0 && settled(r) ? Finding::holds : Finding::fails,
              (r.H.back() - rest) / H0,
@@ -160,11 +202,8 @@ void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
       if (period > 0 || !run.limits.empty())
         c.report(name + ", injected", r.injected,
                  fmt::format("energy put into H_d [J], to {:.1g} of the quadrature", r.quadrature));
-      double share = 0;
-      for (size_t j = 0; j < run.limits.size(); ++j)
-        share = std::max(share, r.peak[j] / run.limits[j]);
       c.report(name + ", input peak", *std::max_element(r.peak.begin(), r.peak.end()),
-               run.limits.empty() ? "" : fmt::format("{:.0f} % of its limit", 100 * share), r.peak);
+               share_of_limits(r.peak, run.limits), r.peak.size() > 1 ? r.peak : Vec{});
     }
   if (o.plants.empty() || o.starts.empty()) return;
   size_t good = 0, all = 0;
@@ -189,6 +228,7 @@ Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
   if (o.region.samples < 1)
     throw InvalidArgument(fmt::format("samples is {}, expected 1 or more: none would show nothing",
                                       o.region.samples));
+  check_limits(loop, o.run.limits);
   rate_of_energy(loop, o.region, c);
   linearised(loop, c);
   held_joints(loop, c);
@@ -215,7 +255,8 @@ Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
            {},
            b.at});
     c.report("basin, c", b.level, "");
-    if (!empty) inputs_on_basin(loop, o.region, b, c);
+    starts_in_basin(loop, o, b, c);
+    if (!empty) inputs_on_basin(loop, o.region, b, o.run.limits, c);
   }
   runs(loop, o, c);
   return c;

@@ -48,8 +48,10 @@ struct CertifyOptions {
 };
 
 /// The certificate of the constructor, and: H_d' against the formula, linearised eigenvalues,
-/// critical points and basin (up to 3 coordinates), inputs on the basin, runs of the plant as
-/// sampled, and with other parameters.
+/// critical points and basin (up to 3 coordinates), H_d of each start against it, inputs on the
+/// basin, runs of the plant as sampled, and with other parameters. Limits of the inputs act in the
+/// runs; the shares of them that the runs and the basin take are told.
+/// @throws InvalidArgument for no samples, and for limits and starts that do not fit the loop
 Certificate certify(const ClosedLoop& loop, const CertifyOptions& options);
 
 }  // namespace porthos::energy_shaping

@@ -61,7 +61,7 @@ DrivenPlant::DrivenPlant(const ClosedLoop& loop, const phs::Model& plant,
       description_.nu != loop.plant().description().nu)
     throw InvalidArgument("the law of '" + loop.description().name + "' does not fit plant '" +
                           description_.name + "': state or inputs differ in number");
-  if (!limits_.empty()) require_size("limits", limits_.size(), loop.actuated().size());
+  check_limits(loop, limits_);
   if (held_) require_size("held inputs", held_->size(), size_t(description_.nu));
   for (auto& b : description_.blocks)
     if (b.kind == phs::BlockKind::angle) b.kind = phs::BlockKind::linear;
@@ -83,6 +83,15 @@ std::unique_ptr<phs::System<T>> DrivenPlant::make_system() const {
   template std::unique_ptr<phs::System<T>> DrivenPlant::make_system<T>() const;
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
 #undef PORTHOS_INSTANTIATE
+
+void check_limits(const ClosedLoop& loop, const std::vector<double>& limits) {
+  if (!limits.empty()) require_size("limits", limits.size(), loop.actuated().size());
+  for (size_t j = 0; j < limits.size(); ++j)
+    if (!(limits[j] > 0))
+      throw InvalidArgument(
+          fmt::format("limits[{}] is {:g}, expected the largest |u| of an actuated input, above 0",
+                      j, limits[j]));
+}
 
 Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOptions& o) {
   const phs::Model& plant = o.plant ? *o.plant : loop.plant();

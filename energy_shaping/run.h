@@ -31,6 +31,9 @@ class DrivenPlant : public phs::ModelFor<DrivenPlant> {
   phs::Description description_;
 };
 
+/// @throws InvalidArgument unless there are none, or one above 0 for each of loop.actuated()
+void check_limits(const ClosedLoop& loop, const std::vector<double>& limits);
+
 /// The run of a closed loop: method, length, sampling.
 struct RunOptions {
   double duration = 10;  ///< [s]

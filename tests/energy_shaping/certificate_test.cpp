@@ -1,4 +1,6 @@
 // What certificates say, and that they say no where no is the answer.
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -184,6 +186,16 @@ TEST(Certify, BasinOfADoubleWell) {
   // Near the pass there is no way to be damped on: c is tight to a percent.
   EXPECT_FALSE(crosses(0.02, 0.9999 * b.level));
   EXPECT_TRUE(crosses(0.02, 1.01 * b.level));
+  // H_d of a start is told beside c: in this well, in the other one, above the pass.
+  CertifyOptions o{.region = region, .starts = {{0.5, 0}, {-0.9, 0}, {1, 1}}};
+  o.run.duration = 1;
+  const auto c = certify(loop, o);
+  const auto start = [&](int k) { return c.item(fmt::format("basin, H_d, start {}", k)); };
+  keeps("H_d(0.5, 0) - 9/64", std::fabs(start(1).value - 9.0 / 64), 1e-15);
+  keeps("H_d(1, 1) - 1/2", std::fabs(start(3).value - 0.5), 1e-15);
+  EXPECT_EQ(start(1).text, "at the start: inside the basin, c = 0.25");
+  EXPECT_EQ(start(2).text.rfind("at the start: below c = 0.25, but on the straight way", 0), 0u);
+  EXPECT_EQ(start(3).text, "at the start: outside the basin, c = 0.25");
 }
 
 TEST(Certify, BasinOfTheAcrobotAgainstRuns) {
@@ -217,6 +229,28 @@ TEST(Certify, BasinOfTheAcrobotAgainstRuns) {
          stiff->instantiate<double>()->hamiltonian(Vec{0.5, 0, 0, 0}) - narrow.level, 0);
   const auto c = certify(*stiff, options_of(*stiff, {0.5, 0, 0, 0}, 60));
   EXPECT_EQ(c.item("run, continuous").finding, Finding::fails);
+  EXPECT_NE(c.item("basin, H_d").text.find("outside the basin"), std::string::npos);
+}
+
+/// Limits act in the runs, and the shares of them are told. Control: without limits no share is.
+TEST(Certify, LimitsOfTheInputsActInTheRuns) {
+  const auto loop = cart_pole({});
+  auto o = options_of(*loop, {0.5, 0, 0, 0}, 1);
+  const auto free = certify(*loop, o);
+  o.run.limits = {5};
+  const auto limited = certify(*loop, o);
+  const auto peak = [](const Certificate& c) { return c.item("run, continuous, input peak"); };
+  keeps("peak over the limit", peak(limited).value / 5, 1);
+  breaks("control: without", peak(free).value / 5, 1);
+  EXPECT_EQ(limited.about(peak(limited)), "100 % of its limit");
+  EXPECT_EQ(free.about(peak(free)), "");
+  EXPECT_NE(limited.item("input on the basin").text.find("% of its limit"), std::string::npos);
+  EXPECT_EQ(free.item("input on the basin").text.find("limit"), std::string::npos);
+  o.run.limits = {5, 5};
+  EXPECT_NE(refusal([&] { (void)certify(*loop, o); }).find("limits"), std::string::npos);
+  o.run.limits = {-5};
+  EXPECT_EQ(refusal([&] { (void)certify(*loop, o); }),
+            "limits[0] is -5, expected the largest |u| of an actuated input, above 0");
 }
 
 // A slow controller destroys what the continuous one has: the certificate shows the energy the hold

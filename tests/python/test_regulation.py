@@ -121,3 +121,28 @@ def test_a_sweep_finds_gains():
     assert runs[best].settling == min(r.settling for r in runs)
     assert es.fastest(runs, 1e-9) is None
     refused(lambda: es.sweep(loop, [[1.0]], start=[0.5, 0, 0, 0]), "gain", most=400)
+
+
+def test_limits_in_a_certificate():
+    """They act in its runs and their shares are told. Control: without limits the peak exceeds them, and no share is told."""
+    loop = es.cart_pole()
+    certify = lambda **more: es.certify(loop, lower=[-1.4, -10], upper=[1.4, 10], samples=200, starts=[[0.5, 0, 0, 0]], duration=1, **more)
+    peak = "run, continuous, input peak"
+    for limits in (5, [5.0]):
+        c = certify(limits=limits)
+        assert c.item(peak).value == 5
+        assert c.item(peak).text == "100 % of its limit"
+    free = certify()
+    assert free.item(peak).value > 5
+    assert free.item(peak).text == "" and not free.item(peak).numbers
+    assert es.simulate(loop, [0.5, 0, 0, 0], duration=1, limits=5)["peak"] == [5]
+    refused(lambda: certify(limits=-5), "limits[0] is -5, expected the largest |u| of an actuated input, above 0")
+    refused(lambda: certify(limits=[5, 5]), "limits")
+
+
+def test_the_numbers_of_a_design_are_explained():
+    for design in (es.InertiaWheelPendulum, es.BallAndBeam, es.CartPole, es.Acrobot):
+        for name, field in vars(design).items():
+            if isinstance(field, property):
+                assert field.__doc__, f"{design.__name__}.{name}"
+    assert es.InertiaWheelPendulum.m3.__doc__.startswith("No mass: m g l")
