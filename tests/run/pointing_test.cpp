@@ -1,4 +1,5 @@
 // Commanded attitudes of a base that wheels turn.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -130,6 +131,58 @@ TEST(Pointing, AFullWheelTakesUpNoMore) {
   EXPECT_GT(free, 0.3) << "control";
   EXPECT_TRUE(says(read_bytes(folder / "limited/summary.json"),
                    "controller 'attitude' at wheel_z.torque has a full wheel at "));
+}
+
+/// At a half turn the trace potential has its rest that is no minimum.
+TEST(Pointing, AHalfTurnWhereTheLawHasNoTorqueIsTold) {
+  TemporaryFolder folder;
+  write_bytes(folder / "model.urdf", bus());
+  const auto told = [&](const std::string& text) {
+    write_bytes(folder / "scene.toml", text);
+    const auto a = scene::assemble(scene::read_scene((folder / "scene.toml").string()));
+    std::string all;
+    for (const auto& remark : a.remarks) all += remark;
+    return all;
+  };
+  const auto about_z = [](double degrees) {
+    const double half = degrees * M_PI / 360;
+    return fmt::format("{:.17g}, 0, 0, {:.17g}", std::cos(half), std::sin(half));
+  };
+  const auto to = [&](double degrees) { return "attitude_wxyz = [" + about_z(degrees) + "]\n"; };
+  const std::string note =
+                        "scene.toml:5:1: 'attitude' is to make a half turn at the start, where its "
+                        "torque is zero: it begins late or never; state a waypoint (commands) on "
+                        "the way",
+                    rate = "rate = 2\n";
+  for (const double degrees : {180.0, 176.0, -176.0}) {
+    EXPECT_TRUE(says(told(scene_of("", to(degrees), 60)), note)) << degrees;
+    EXPECT_TRUE(says(told(scene_of("base." + to(degrees), rate, 60)), "at the start")) << degrees;
+  }
+  for (const double degrees : {170.0, 174.0, 0.0})
+    EXPECT_EQ(told(scene_of("", to(degrees), 60)), "") << degrees << ", control";
+  EXPECT_EQ(told(scene_of("base." + to(100), to(-90), 60)), "") << "control: 170 degrees apart";
+  const auto commands = fmt::format("commands = [[20, {}], [40, {}], [50, {}]]\n", about_z(180),
+                                    about_z(10), about_z(-170));
+  EXPECT_TRUE(says(told(scene_of("", rate + commands, 60)), "a half turn at 20 s, at 50 s, where"));
+  EXPECT_EQ(
+      told(scene_of("", rate + fmt::format("commands = [[0, {}]]\n", about_z(90)) + to(180), 60)),
+      "")
+      << "control: the command at 0 is the first";
+  // Of unequal stiffness a half turn about no axis of it is no rest.
+  const auto oblique = scene_of("", "attitude_wxyz = [0, 1, 1, 0]\n", 60);
+  auto unequal = oblique;
+  unequal.replace(unequal.find("[2, 2, 2]"), 9, "[1, 4, 2]");
+  EXPECT_TRUE(says(told(oblique), "at the start"));
+  EXPECT_EQ(told(unequal), "") << "control";
+  // It is true, and a note of the run.
+  const auto turned = [&](const std::string& out, double degrees) {
+    const auto x = end_of(folder, out, scene_of("", to(degrees), 60));
+    return 2 * std::hypot(x[4], x[5], x[6]);
+  };
+  keeps("a half turn: turned after 60 s [rad]", turned("half", 180), 1e-9);
+  breaks("170 degrees", turned("less", 170), 0.5);
+  EXPECT_TRUE(says(read_bytes(folder / "half/summary.json"), note));
+  EXPECT_FALSE(says(read_bytes(folder / "less/summary.json"), "half turn")) << "control";
 }
 
 TEST(Pointing, WrongCommandsAreTold) {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "scene/read/controllers/controller_type.h"
+#include "scene/read/controllers/half_turn.h"
 #include "scene/read/controllers/held_pose.h"
 #include "scene/read/scene.h"
 #include "scene/read/schema_keys-inl.h"
@@ -20,7 +21,7 @@ struct PostureJoint {
   double stiffness = 0, damping = 0;
 };
 struct HandAndPosture {
-  energy_shaping::PoseSpring task;
+  HeldPose task;
   std::vector<PostureJoint> joints;
   double fill = 0;
 };
@@ -40,7 +41,7 @@ ControllerDesign design_null_space(const Controller& c, const ControllerPlant& p
   const auto& m = plant.model->mechanism();
   energy_shaping::PotentialShaping task;
   task.name = c.name;
-  task.poses = {w.task};
+  task.poses = {w.task.spring};
   task.rest = stated_start(plant);
   energy_shaping::NullSpacePosture posture;
   posture.level = c.tank->level;
@@ -69,6 +70,9 @@ ControllerDesign design_null_space(const Controller& c, const ControllerPlant& p
   paid.laws = projection_laws(loop);
   ControllerDesign design{spring_laws(loop), loop->certificate()};
   design.paid = std::move(paid);
+  const auto& held = w.task.spring;
+  if (near_half_turn(start_attitude(plant, held.link), w.task.wxyz, held.attitude_stiffness))
+    design.remark = half_turn_of_pose(held.link);
   return design;
 }
 
@@ -76,7 +80,7 @@ void read_null_space(const Table& t, Controller& c) {
   HandAndPosture w;
   t.require("task", "the link that is held, and where");
   const Table task = t.table("task");
-  w.task = read_pose(task.text("link", "the name of a link"), task).spring;
+  w.task = read_pose(task.text("link", "the name of a link"), task);
   t.each("joints", [&](const std::string& joint, const std::string&, const Table& own) {
     PostureJoint j;
     j.joint = joint;

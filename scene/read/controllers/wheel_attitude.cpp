@@ -9,6 +9,7 @@
 #include "mechanics/urdf.h"
 #include "phs/scalars/pack.h"
 #include "scene/read/controllers/controller_type.h"
+#include "scene/read/controllers/half_turn.h"
 #include "scene/read/scene.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"
@@ -113,6 +114,19 @@ void certify_sampled(energy_shaping::Certificate& all, const Controller& c,
   all.at_most("sampled", worst, 1, text);
 }
 
+/// Where it is told to turn by half a turn: at the start or by a command.
+std::string half_turns(const ControllerPlant& plant, const WheelAttitude& w) {
+  std::string found;
+  Attitude before = start_attitude(plant, w.link);
+  for (size_t k = 0; k < w.times.size() && w.times[k] <= plant.scene.duration; ++k) {
+    if (k + 1 < w.times.size() && w.times[k + 1] == w.times[k]) continue;  // never acts
+    if (near_half_turn(before, w.attitudes[k], w.stiffness))
+      add_to_list(found, w.times[k] == 0 ? "at the start" : fmt::format("at {:g} s", w.times[k]));
+    before = w.attitudes[k];
+  }
+  return found;
+}
+
 /// All attitudes of the run, each by a law of its own.
 ControllerDesign design_attitude(const Controller& c, const ControllerPlant& plant,
                                  const WheelAttitude& w) {
@@ -133,6 +147,11 @@ ControllerDesign design_attitude(const Controller& c, const ControllerPlant& pla
         "the command of '{}' at {:g} s comes after the end, {:g} s: times count from the start of "
         "this run",
         c.name, w.times.back(), plant.scene.duration);
+  if (const auto found = half_turns(plant, w); !found.empty())
+    add_sentence(all.remark,
+                 fmt::format("'{}' is to make a half turn {}, where its torque is zero: it begins "
+                             "late or never; state a waypoint (commands) on the way",
+                             c.name, found));
   return all;
 }
 
