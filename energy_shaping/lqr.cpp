@@ -9,6 +9,7 @@
 
 #include "energy_shaping/closed_loop.h"
 #include "energy_shaping/derivatives.h"
+#include "energy_shaping/held_loop.h"
 #include "energy_shaping/modes.h"
 #include "mechanics/crba.h"
 #include "phs/linear_algebra/linear_algebra.h"
@@ -190,6 +191,11 @@ void Lqr::report_gains() {
     certificate_.report("gains of " + actuators_[row], std::fabs(u_[row]),
                         "|u*|; K of u = u* - K (q - q*, q'): " + angles + rates, gains);
   }
+}
+
+void Lqr::certify_sampled(double period, int delay) {
+  energy_shaping::certify_sampled(certificate_, {A_, B_, K_}, period, delay);
+  refuse_failure(certificate_);
 }
 
 double Lqr::error(std::span<const double> x, size_t k) const {

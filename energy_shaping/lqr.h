@@ -33,9 +33,8 @@ class Lqr {
   Lqr(std::shared_ptr<const mechanics::MechanicalModel> plant, std::vector<std::string> actuators,
       std::vector<double> rest, const LqrWeights& weights, std::vector<bool> periodic = {});
 
-  /// Adds the condition "sampled": the largest |z| of the linearised loop whose u is held over
-  /// `period` [s] and comes `delay` periods after what it is made from is at most 1. z are the
-  /// eigenvalues of one period, exact for the linear loop. For set-up: some ms
+  /// Adds the condition "sampled" of held_loop.h: u is held over `period` [s] and comes `delay`
+  /// periods after what it is made from. For set-up: some ms
   /// @throws InvalidArgument where it fails: it names the rate and one that would do
   void certify_sampled(double period, int delay = 0);
   const Certificate& certificate() const { return certificate_; }

@@ -180,6 +180,24 @@ TEST(ControllerScene, AHandIsHeldWhereTheSceneWantsIt) {
   EXPECT_NEAR(-std::cos(a) - std::cos(a + b), -0.8, 1e-9);
 }
 
+/// The springs of poses have the same rest; the rods turn about y.
+TEST(ControllerScene, AnAttitudeHalfATurnFromTheStartIsTold) {
+  TemporaryFolder folder;
+  const auto told = [&](double elbow) {
+    const auto s =
+        arm(folder, fmt::format("joints.shoulder.position = 1\njoints.elbow.position = {}", elbow),
+            controller("potential", springs + "poses.lower = { attitude_stiffness = [1, 2, 3], "
+                                              "attitude_wxyz = [1, 0, 0, 0] }\n"));
+    std::string all;
+    for (const auto& remark : scene::assemble(s).remarks) all += remark;
+    return all;
+  };
+  EXPECT_TRUE(says(told(M_PI - 1.05),
+                   "scene.toml:15:1: the attitude of 'lower' is a half turn from the start, where "
+                   "its torque is zero: it begins late or never"));
+  EXPECT_EQ(told(M_PI - 1.1), "") << "control: 174 degrees";
+}
+
 TEST(ControllerScene, BothTrackingLawsFollowAMotion) {
   for (const std::string law : {"pd_plus", "computed_torque"}) {
     TemporaryFolder folder;

@@ -1,6 +1,7 @@
 // Sampled controllers behind sensors: delay, resolution and noise against closed forms.
 #include <algorithm>
 #include <cmath>
+#include <complex>
 
 #include "scene/session/extension.h"
 #include "scene/session/memory_run.h"
@@ -75,18 +76,82 @@ TEST(Sensing, ADelayedDamperLosesItsStabilityWhereTheDiscreteLoopDoes) {
       TemporaryFolder folder;
       const double damping = part * critical * 0.5 * 20;
       const auto s = rod(folder, damper(damping, fmt::format("delay = {}", d)), 50);
-      const auto r = run_of(s);
       std::vector<double> v{1};  // the recursion
       for (int k = 0; k < 1000; ++k)
         v.push_back(v[size_t(k)] - (k >= d ? part * critical * v[size_t(k - d)] : 0));
-      const double speed = r.final_state.x[1] / 0.5;  // p / I
-      EXPECT_NEAR(speed, v.back(), 1e-10 * *std::max_element(v.begin(), v.end())) << d;
       double last = 0;
       for (size_t k = v.size() - 40; k < v.size(); ++k) last = std::max(last, std::fabs(v[k]));
       EXPECT_EQ(last < 0.1, part < 1) << d << ": " << last;  // measured at most 0.020
       EXPECT_EQ(last > 10, part > 1) << d << ": " << last;   // at least 62
+      if (part > 1) {
+        EXPECT_TRUE(says(refusal([&] { scene::assemble(s); }), "sampled fails: ")) << d;
+        continue;
+      }
+      const double speed = run_of(s).final_state.x[1] / 0.5;  // p / I
+      EXPECT_NEAR(speed, v.back(), 1e-10 * *std::max_element(v.begin(), v.end())) << d;
     }
   }
+}
+
+/// Largest |z| of a spring k and a damper d on the rod, held: the plant is a double integrator.
+double held(double k, double d, double rate) {
+  const double T = 1 / rate, I = 0.5;
+  const double half = 1 - (k * T * T / 2 + d * T) / (2 * I),
+               det = 1 - (d * T - k * T * T / 2) / I;  // z² - 2 half z + det
+  const auto root = std::sqrt(std::complex<double>(half * half - det));
+  return std::max(std::abs(half + root), std::abs(half - root));
+}
+
+TEST(Sensing, ALawThatIsHeldForTooLongIsRefusedByItsLargestZ) {
+  TemporaryFolder folder;
+  const auto assembled = [&](const std::string& law, double rate, const std::string& more = "") {
+    auto s = rod(folder, law, 1, more);
+    s.controllers[0].rate = rate;
+    return scene::assemble(s);
+  };
+  double off = 0, wrong = 0;
+  for (const double k : {0.0, 3.0, 40.0})
+    for (const double rate : {15.0, 20.0, 300.0}) {
+      const auto joint = fmt::format("joints.j = {{ stiffness = {}, damping = 5 }}\n", k);
+      const double z = held(k, 5, rate);
+      const auto found = [&](const std::string& law) {
+        return assembled(law, rate).certificates[0].item("sampled").value;
+      };
+      if (k == 0) {  // 1 - d T / I, beside the place, which is free
+        off = std::max(off, std::fabs(found(damper(5, "")) - std::fabs(1 - 10 / rate)));
+        continue;
+      }
+      off = std::max(off, std::fabs(found("type = \"potential\"\n" + joint) - z));
+      wrong = std::max(wrong, std::fabs(z - held(k, 4.9, rate)));
+      const auto tracking =
+          fmt::format("type = \"tracking\"\njoints.j = {{ kp = {}, kd = 5 }}\n", k);
+      off = std::max(off, std::fabs(found(tracking) - z));
+    }
+  keeps("largest |z| off its closed form", off, 1e-12);
+  breaks("that of a damper 2 % softer", wrong, 1e-3);
+  // A damper of 25 N m s/rad needs d / (2 I) = 25 Hz.
+  for (const std::string law :
+       {damper(25, ""), std::string("type = \"tracking\"\njoints.j = { kp = 1e-3, kd = 25 }\n")}) {
+    const auto why = refusal([&] { assembled(law, 20); });
+    EXPECT_TRUE(says(why, "scene.toml:11:1: ")) << "with file and line";
+    EXPECT_TRUE(says(why,
+                     "sampled fails: 1.5, expected at most 1 (largest |z| of the linearised "
+                     "loop at rate = 20 Hz, whose torques are held: a rate of "));
+    EXPECT_LE(why.size() - why.find("scene.toml"), 220u);
+    const double named = std::stod(why.substr(why.find("a rate of ") + 10));
+    keeps("the rate that is named, off 25 Hz", std::fabs(named - 25), 0.11);
+    EXPECT_EQ(refusal([&] { assembled(law, named); }), "") << "control: it would do";
+    EXPECT_NE(refusal([&] { assembled(law, 0.98 * named); }), "");
+    EXPECT_EQ(refusal([&] { assembled(law, 0); }), "") << "control: continuous";
+  }
+  // What the design does not know may hold the loop: it is told.
+  const std::string element = "[[element]]\ntype = \"spring\"\njoint = \"j\"\nstiffness = 1\n";
+  const auto beside = assembled(damper(25, ""), 20, element);
+  ASSERT_EQ(beside.remarks.size(), 1u);
+  EXPECT_TRUE(says(beside.remarks[0],
+                   "'law' would be unstable without the scene's elements and "
+                   "actuators: 1.5 is the largest |z|"));
+  EXPECT_TRUE(assembled(damper(5, ""), 20, element).remarks.empty()) << "control";
 }
 
 TEST(Sensing, NoiseHasItsDeviationAndIsWhite) {
@@ -102,10 +167,10 @@ TEST(Sensing, NoiseHasItsDeviationAndIsWhite) {
   EXPECT_NEAR(rate.mean, -2, 0.02 * 0.015);  // of the true rate 1
   EXPECT_NEAR(rate.lag, 0, 0.015);
   const std::string spring =
-      "type = \"potential\"\njoints.j = { stiffness = 3, target = 0, damping = 0 }\n";
+      "type = \"potential\"\njoints.j = { stiffness = 3, target = 0, damping = 0.1 }\n";
   const auto position = of(spring + "noise = { position = 0.01, seed = 5 }");
   EXPECT_NEAR(position.deviation / 0.03, 1, 0.01);
-  EXPECT_NEAR(position.mean, -0.9, 0.03 * 0.015);
+  EXPECT_NEAR(position.mean, -1, 0.03 * 0.015);  // 0.9 of the spring
   EXPECT_NEAR(position.lag, 0, 0.015);
   std::printf(
       "  deviation of rate %.4f, of position %.4f of the stated one; correlation of "

@@ -9,6 +9,8 @@
 #include "mechanics/urdf.h"
 #include "scene/read/controllers/bandwidth.h"
 #include "scene/read/controllers/controller_type.h"
+#include "scene/read/controllers/half_turn.h"
+#include "scene/read/controllers/held_law.h"
 #include "scene/read/controllers/held_pose.h"
 #include "scene/read/scene.h"
 #include "scene/read/schema_keys-inl.h"
@@ -87,7 +89,14 @@ ControllerDesign design_potential(const Controller& c, const ControllerPlant& pl
   auto certificate = loop->certificate();
   for (size_t i = 0; i < all_gains.size(); ++i)
     report_gains(certificate, w.joints[i].joint, all_gains[i]);
-  return {port_laws(loop, bounds), certificate};
+  const auto rest = std::span(loop->rest()).first(s.rest.size());
+  auto remark = certify_held(certificate, c, plant, port_laws(loop), rest);
+  for (const HeldPose& h : w.poses)
+    if (near_half_turn(start_attitude(plant, h.spring.link), h.wxyz, h.spring.attitude_stiffness))
+      add_sentence(remark, half_turn_of_pose(h.spring.link));
+  ControllerDesign design{port_laws(loop, bounds), certificate};
+  design.remark = std::move(remark);
+  return design;
 }
 
 void read_potential(const Table& t, Controller& c) {

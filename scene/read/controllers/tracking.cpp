@@ -10,6 +10,7 @@
 #include "mechanics/mechanical_model.h"
 #include "scene/read/controllers/bandwidth.h"
 #include "scene/read/controllers/controller_type.h"
+#include "scene/read/controllers/held_law.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"
 
@@ -58,9 +59,12 @@ ControllerDesign design_tracking(const Controller& c, const ControllerPlant& pla
                        "and kd > 0: the error decays in the exact model");
   for (size_t i = 0; i < all_gains.size(); ++i)
     report_gains(certificate, w.joints[i].joint, all_gains[i]);
-  if (w.computed_torque)
-    return {energy_shaping::computed_torque(plant.model, path, kp, kd), certificate};
-  return {energy_shaping::PdPlus(plant.model, path, kp, kd).port_laws(), certificate};
+  ControllerDesign design{w.computed_torque
+                              ? energy_shaping::computed_torque(plant.model, path, kp, kd)
+                              : energy_shaping::PdPlus(plant.model, path, kp, kd).port_laws(),
+                          std::move(certificate)};
+  design.remark = certify_held(design.certificate, c, plant, design.laws, start);
+  return design;
 }
 
 void read_tracking(const Table& t, Controller& c) {

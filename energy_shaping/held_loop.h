@@ -1,0 +1,29 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "energy_shaping/certificate.h"
+#include "energy_shaping/port_law.h"
+#include "phs/linear_algebra/matrix.h"
+#include "phs/system/system.h"
+
+namespace porthos::energy_shaping {
+
+/// x' = A x + B u under u = -K x, which a sampled controller holds over its periods.
+struct HeldLoop {
+  phs::Matrix A, B, K;  ///< n × n, n × m, m × n
+};
+
+/// The loop of a plant under laws of its ports, linearised at a state and at time 0 by duals.
+/// @param x  as many numbers as the plant's state, with the turns of its angles
+HeldLoop held_loop(const phs::Model& plant, const std::vector<PortLaw>& laws,
+                   std::span<const double> x);
+
+/// Adds the condition "sampled": the largest |z| of the loop whose u is held over `period` [s] and
+/// comes `delay` periods after what it is made from is at most 1, to 1e-6: a motion that grows by
+/// less takes a million periods. z are the eigenvalues of one period, exact for the linear loop
+/// (Åström, Wittenmark 1997, section 3.2); places without stiffness, z = 1, are left out. Where it
+/// fails its text names a rate that would do. For set-up: some ms
+void certify_sampled(Certificate& certificate, const HeldLoop& loop, double period, int delay);
+
+}  // namespace porthos::energy_shaping
