@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/assemble/outputs.h"
+#include "scene/assemble/steps.h"
 
 namespace porthos::scene {
 namespace {
@@ -20,22 +20,37 @@ void refuse_held(const Stop& stop, const std::vector<Output>& needed, const Asse
         stop.where, stop.output));
 }
 
+size_t place_among(const Stop& stop, const std::vector<Output>& needed) {
+  const auto names = number_names(needed);
+  return size_t(std::find(names.begin(), names.end(), stop.output) - names.begin());
+}
+
+double first_look(const Stop& stop, const Scene& s) {
+  const Steps steps = steps_of(s);
+  const bool fixed = s.step_control == integrators::StepControl::fixed;
+  const double end = fixed ? steps.time(steps.total) : s.duration;
+  return stop.after <= s.duration ? std::min(stop.after, end) : stop.after;
+}
+
 }  // namespace
+
+StopValue::StopValue(const Scene& scene, const Assembly& assembly, const Stop& stop)
+    : stop_(stop),
+      needed_(needed_for(stop.output, scene.outputs)),
+      number_(place_among(stop, needed_)),
+      from_(first_look(stop, scene)),
+      outputs_(scene, assembly, needed_) {
+  refuse_held(stop, needed_, assembly);
+}
 
 std::vector<integrators::Event> stop_events(const Scene& scene, const Assembly& assembly) {
   std::vector<integrators::Event> all;
   for (const Stop& stop : scene.stops) {
-    const auto needed = needed_for(stop.output, scene.outputs);
-    refuse_held(stop, needed, assembly);
-    const auto names = number_names(needed);
-    const auto at = size_t(std::find(names.begin(), names.end(), stop.output) - names.begin());
-    auto outputs = std::make_shared<Outputs>(scene, assembly, needed);
+    auto value = std::make_shared<StopValue>(scene, assembly, stop);
     auto state = std::make_shared<phs::State>(assembly.model->description(), assembly.initial.x);
-    all.push_back({[outputs, state, stop, at](double t, std::span<const double> x) {
-                     if (t < stop.after) return -HUGE_VAL;
+    all.push_back({[value, state](double t, std::span<const double> x) {
                      std::copy(x.begin(), x.end(), state->x.begin());
-                     const double value = outputs->at(t, *state, {})[at];
-                     return stop.above ? value - stop.limit : stop.limit - value;
+                     return value->at(t, *state) - value->limit();
                    },
                    integrators::Crossing::rising});
   }

@@ -1,14 +1,45 @@
 #pragma once
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "integrators/control/event.h"
 #include "scene/assemble/assembly.h"
+#include "scene/assemble/outputs.h"
 
 namespace porthos::scene {
 
+/// What a [[stop]] looks at: its output, of a stop `below` with the sign turned. So it is met where
+/// the value exceeds the limit.
+class StopValue {
+ public:
+  /// Scene, assembly and stop must outlive it.
+  /// @throws InvalidArgument as Outputs; for an output that depends on a sampled controller
+  StopValue(const Scene& scene, const Assembly& assembly, const Stop& stop);
+
+  /// -HUGE_VAL before from(), NaN while a joint is locked. Allocates nothing after the first call.
+  double at(double t, const phs::State& s) {
+    if (t < from_) return -HUGE_VAL;
+    const double value = outputs_.at(t, s, {})[number_];
+    return stop_.above ? value : -value;
+  }
+  double limit() const { return stop_.above ? stop_.limit : 0 - stop_.limit; }
+  /// When it is first looked at [s]: at `after`, or at the end of a run that ends there but for the
+  /// rounding of its steps.
+  double from() const { return from_; }
+  const Stop& stop() const { return stop_; }
+
+ private:
+  const Stop& stop_;
+  const std::vector<Output> needed_;
+  size_t number_;
+  double from_;
+  Outputs outputs_;
+};
+
 /// The [[stop]]s of a scene as events of its assembly, in their order: each g rises through 0.
 /// Scene and assembly must outlive them.
-/// @throws InvalidArgument as Outputs; for an output that depends on a sampled controller
+/// @throws InvalidArgument as StopValue
 std::vector<integrators::Event> stop_events(const Scene& scene, const Assembly& assembly);
 /// The first of them whose condition holds at a state, or -1.
 int stop_that_holds(const std::vector<integrators::Event>& stops, const Assembly& assembly,

@@ -7,8 +7,8 @@
 
 #include "phs/network/network.h"
 #include "scene/assemble/parts.h"
-#include "scene/assemble/stops.h"
 #include "scene/run/loop_events.h"
+#include "scene/run/stop_values.h"
 
 namespace porthos::scene {
 namespace {
@@ -237,6 +237,13 @@ bool PhaseSequence::stopped() {
                                               from_, phase_.assembly.initial);
   if (k < 0) return false;
   note_stop(whole_.report(), stopped_by(scene_.stops[size_t(k)], from_));
+  RunReport here;
+  here.stopped = whole_.report().stopped;
+  here.simulated_s = from_;
+  StopValues values(scene_, phase_.assembly);
+  values.see(from_, phase_.assembly.initial);
+  values.fill(here);
+  for (const Check& c : here.checks) whole_.worst(c);
   more_ = false;
   return true;
 }

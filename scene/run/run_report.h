@@ -61,7 +61,7 @@ struct Stopped {
 Stopped stopped_by(const Stop& stop, double at);
 
 struct RunReport;
-/// Notes the stop in a report; one that fails adds a check that does not hold.
+/// Notes the stop in a report; its check is one of StopValues.
 void note_stop(RunReport& report, const Stopped& by);
 /// Impacts of a rigid contact or stop.
 struct ImpactRow {

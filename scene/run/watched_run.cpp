@@ -4,8 +4,7 @@
 
 #include <cmath>
 #include <iterator>
-
-#include "scene/assemble/stops.h"
+#include <utility>
 
 namespace porthos::scene {
 
@@ -54,6 +53,7 @@ WatchedRun::WatchedRun(const Scene& scene, const Assembly& assembly,
       split_(dynamic_cast<space::SplitIntegrator*>(monitor_ ? &monitor_->inner() : integrator_)),
       meter_(assembly),
       outputs_(scene, assembly),
+      stop_values_(scene, assembly),
       view_(assembly),
       layout_(scene, assembly),
       row_(layout_.size()),
@@ -104,6 +104,7 @@ void WatchedRun::restore_memory(std::span<const double> m) {
 
 void WatchedRun::begin() {
   if (split_) split_->begin(state_);
+  stop_values_.see(time(), state_);
   remember();
   record();
 }
@@ -113,6 +114,7 @@ void WatchedRun::step() {
   if (outcome_ != Outcome::ok) return;
   ledger_.book(integrator_->port_work());
   note_impacts();
+  stop_values_.see(time(), state_);
   if (at_record() || ended())
     record();
   else
@@ -260,6 +262,7 @@ void WatchedRun::remember() {
   good_.cost = integrator_->cost();
   good_.ledger = ledger_;
   good_.impacts = impacts_.size();
+  good_.stop_values = stop_values_.memory();
 }
 
 void WatchedRun::recall() {
@@ -268,6 +271,7 @@ void WatchedRun::recall() {
   integrator_->set_cost(good_.cost);
   ledger_ = good_.ledger;
   impacts_.resize(good_.impacts);
+  stop_values_.restore(good_.stop_values);
   window_.restart();
 }
 
@@ -278,8 +282,8 @@ void WatchedRun::save(Checkpoint& c) const {
   c.cost = integrator_->cost();
   c.statistics = ledger_.memory();
   const auto extrema = window_.memory();
-  c.statistics.insert(c.statistics.end(), extrema.begin(), extrema.end());
-  c.statistics.insert(c.statistics.end(), impacts_.begin(), impacts_.end());
+  for (const auto* part : {&extrema, &stop_values_.memory(), &std::as_const(impacts_)})
+    c.statistics.insert(c.statistics.end(), part->begin(), part->end());
   c.statistics.push_back(double(impacts_.size()));
 }
 
@@ -290,15 +294,17 @@ void WatchedRun::restore(const Checkpoint& c) {
   state_ = c.state;
   restore_memory(c.memory);
   integrator_->set_cost(c.cost);
-  const size_t extrema = window_.memory().size();
+  const size_t extrema = window_.memory().size(), stops = stop_values_.memory().size();
   auto statistics = std::span<const double>(c.statistics);
   const double stored = statistics.empty() ? 0 : statistics.back();
   const size_t impacts = size_t(whole<std::int64_t>(stored, 0, double(statistics.size())));
-  if (statistics.size() < extrema + impacts + 1)
-    require_size("statistics of the checkpoint", statistics.size(), extrema + impacts + 1);
+  if (const size_t least = extrema + stops + impacts + 1; statistics.size() < least)
+    require_size("statistics of the checkpoint", statistics.size(), least);
   statistics = statistics.first(statistics.size() - 1);
   restore_impacts(statistics.last(impacts));
   statistics = statistics.first(statistics.size() - impacts);
+  stop_values_.restore(statistics.last(stops));
+  statistics = statistics.first(statistics.size() - stops);
   ledger_.restore(statistics.first(statistics.size() - extrema));
   window_.restore(statistics.last(extrema));
   remember();

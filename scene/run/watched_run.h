@@ -12,6 +12,7 @@
 #include "scene/run/checkpoint.h"
 #include "scene/run/ledger.h"
 #include "scene/run/run_report.h"
+#include "scene/run/stop_values.h"
 #include "space/split_integrator.h"
 
 namespace porthos::scene {
@@ -104,6 +105,7 @@ class WatchedRun {
   Meter meter_;
   std::optional<phs::Reactions> reactions_;  ///< of loops and couplings
   Outputs outputs_;
+  StopValues stop_values_;
   WorldView view_;  ///< records are in the world frame
   RecordLayout layout_;
   std::vector<double> row_, ledgers_;
@@ -119,6 +121,7 @@ class WatchedRun {
     integrators::Cost cost;
     Ledger ledger;
     size_t impacts = 0;
+    std::vector<double> stop_values = {};
   } good_;  ///< the last record
   /// Power and time of the first impacts of every contact, and how many there were by power.
   std::vector<double> impacts_;

@@ -78,11 +78,11 @@ void note_stop(RunReport& r, const Stopped& by) {
   r.stopped = by;
   r.notes.push_back(fmt::format("the run ended at {:.17g} s by the stop '{}'{}", by.at, by.name,
                                 by.name == by.condition ? "" : ": " + by.condition));
-  if (by.fails) r.checks.push_back({"stop." + by.name, 1, 0, false, false});
 }
 
 void WatchedRun::add_notes(RunReport& r) const {
   if (r.stopped) note_stop(r, *r.stopped);
+  stop_values_.fill(r);
   const auto add = [&](std::vector<std::string> notes) {
     for (auto& note : notes) r.notes.push_back(std::move(note));
   };

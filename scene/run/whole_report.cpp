@@ -146,12 +146,16 @@ void WholeReport::add(const Event& e, const mechanics::Impact& i, bool on_ground
   worst({"momentum_across_events", jump, momentum_limit, jump <= momentum_limit, false});
 }
 
-/// A check made in one phase is a check of the run; checks that no phase can make are listed.
+/// A check made in one phase is a check of the run; checks that no phase can make are listed, with
+/// the reason in the last one.
 void WholeReport::cannot(const NotApplicable& n) {
   const auto same = [&](const auto& known) { return known.name == n.name; };
-  if (std::none_of(r_.checks.begin(), r_.checks.end(), same) &&
-      std::none_of(r_.not_applicable.begin(), r_.not_applicable.end(), same))
+  if (std::any_of(r_.checks.begin(), r_.checks.end(), same)) return;
+  const auto known = std::find_if(r_.not_applicable.begin(), r_.not_applicable.end(), same);
+  if (known == r_.not_applicable.end())
     r_.not_applicable.push_back(n);
+  else
+    known->why = n.why;
 }
 
 void WholeReport::worst(const Check& c) {

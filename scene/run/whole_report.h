@@ -17,6 +17,8 @@ class WholeReport {
   void add(const RunReport& phase, double from);
   /// @param on_ground  the ground takes a part of the momenta, which are then no invariants
   void add(const Event& event, const mechanics::Impact& impact, bool on_ground);
+  /// Adds a check; of those of one name the worst value counts.
+  void worst(const Check& c);
   RunReport& report() { return r_; }
   const RunReport& report() const { return r_; }
 
@@ -26,7 +28,6 @@ class WholeReport {
   void add_momentum(const MomentumRow& row);
   void add_impulses(const Impulses& phase);
   void cannot(const NotApplicable& n);
-  void worst(const Check& c);
   RunReport r_;
   std::set<std::string> told_;  ///< the notes of phases
 };

@@ -16,7 +16,7 @@ const names = {
 
 /** How far below its limit a value is: a factor, and a bar that is full from six decades on. */
 function room(c) {
-  if (!(c.value > 0) || !(c.limit > 0)) return c.pass ? h("span", { class: "soft" }, "exact") : "";
+  if (!(c.value > 0) || !(c.limit > 0)) return c.pass && c.value === 0 ? h("span", { class: "soft" }, "exact") : "";
   const decades = Math.log10(c.limit / c.value), factor = c.pass ? c.limit / c.value : c.value / c.limit;
   return h("div", { class: "room" }, h("span", { class: "n" }, `${number(Number(factor.toPrecision(2)), 2)}× ${c.pass ? "below" : "above"}`),
     h("span", { class: `track ${c.pass ? "" : "fail"}` }, h("i", { style: `width:${c.pass ? Math.min(100, Math.max(3, (100 * decades) / 6)) : 100}%` })));

@@ -1,0 +1,36 @@
+#pragma once
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "scene/assemble/stops.h"
+#include "scene/run/run_report.h"
+
+namespace porthos::scene {
+
+/// What a run shows of each [[stop]] with outcome = "fail": the largest StopValue at the ends of
+/// its steps.
+class StopValues {
+ public:
+  /// Scene and assembly must outlive it. @throws InvalidArgument as StopValue
+  StopValues(const Scene& scene, const Assembly& assembly);
+
+  /// Looks at a state. Cost: a pass of Outputs a stop. Allocates nothing after the first call.
+  void see(double t, const phs::State& s);
+  /// Adds a check for each stop, which fails if the stop has ended the run; or why there is none:
+  /// it begins later than the run ended, or its output had no value.
+  void fill(RunReport& report) const;
+
+  const std::vector<double>& memory() const { return largest_; }
+  /// @throws InvalidArgument if the size does not fit
+  void restore(std::span<const double> memory);
+
+ private:
+  std::vector<std::unique_ptr<StopValue>> stops_;
+  std::vector<double> largest_;  ///< -HUGE_VAL: none
+};
+
+/// Of the row of a stop among the checks: "stop.NAME", of one `below` with a mark.
+std::string name_of_check(const Stop& stop);
+
+}  // namespace porthos::scene

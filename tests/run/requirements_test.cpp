@@ -1,0 +1,163 @@
+// Requirements: [[stop]]s with outcome = "fail" as rows of the checks: met or not, looked at or
+// not, over phases, resumed and in memory.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "scene/session/memory_run.h"
+#include "tests/run/shipped.h"
+
+namespace porthos::test::requirements_test {
+namespace {
+
+/// A rod of 2 kg about its hinge, free of gravity: it turns at 2 rad/s.
+const std::string turning =
+    "[initial]\njoints.hinge = { position = 0, velocity = 2 }\n[[output]]\nquantity = "
+    "\"joint_position\"\nname = \"q\"\njoint = \"hinge\"\n";
+
+std::string requirement(const std::string& keys, const std::string& output = "q") {
+  return fmt::format("[[stop]]\noutput = \"{}\"\noutcome = \"fail\"\n{}\n", output, keys);
+}
+scene::Scene scene_of(const TemporaryFolder& folder, const std::string& urdf,
+                      const std::string& more, double duration, double step = 0.01) {
+  write_bytes(folder / "model.urdf", urdf);
+  write_bytes(folder / "scene.toml",
+              fmt::format("[model]\nurdf = \"model.urdf\"\nbase = \"fixed\"\n{}[integrator]\n"
+                          "method = \"gauss8\"\nstep = {}\n[run]\nduration = {}\n"
+                          "record_every = 0.3\n",
+                          more, step, duration));
+  return scene::read_scene((folder / "scene.toml").string());
+}
+scene::RunReport of_rod(const std::string& more, double duration = 8, double step = 0.01) {
+  TemporaryFolder folder;
+  const auto s = scene_of(folder,
+                          "<robot name='rod'><link name='foot'/>" + link("rod", 2) +
+                              joint("hinge", "foot", "rod", "0 1 0") + "</robot>",
+                          turning + more, duration, step);
+  return scene::run_in_memory(s, scene::assemble(s), {});
+}
+/// The rows of stops as text, to the last bit.
+std::string rows_of(const scene::RunReport& r) {
+  std::string all;
+  for (const auto& c : r.checks)
+    if (c.name.starts_with("stop."))
+      all += fmt::format("{} {} {} {} {}\n", c.name, c.value, c.limit, c.pass, c.telling);
+  for (const auto& n : r.not_applicable)
+    if (n.name.starts_with("stop.")) all += n.name + ": " + n.why + "\n";
+  return all;
+}
+
+}  // namespace
+
+TEST(Requirements, OneThatIsMetShowsItsValueAndItsLimit) {
+  const auto r = of_rod(requirement("above = 17\nname = \"turned\"") +
+                        requirement("below = -1\nafter = 4\nname = \"low\"") +
+                        "[[stop]]\noutput = \"q\"\nabove = 20\n");
+  EXPECT_EQ(r.verdict(), scene::Verdict::pass);
+  keeps("largest angle, off 16 rad", std::fabs(value_of(r, "stop.turned") - 16), 1e-13);
+  keeps("smallest angle since 4 s, its sign turned, off -8 rad",
+        std::fabs(value_of(r, "stop.low (sign turned)") + 8), 1e-13);
+  breaks("it is not the smallest of the run, 0 rad",
+         std::fabs(value_of(r, "stop.low (sign turned)")), 1);
+  ASSERT_EQ(rows_of(r).find("turned"), 5u);
+  for (const auto& c : r.checks) {
+    if (!c.name.starts_with("stop.")) continue;
+    EXPECT_TRUE(c.pass && !c.telling && c.value <= c.limit) << c.name;
+    EXPECT_EQ(c.limit, c.name == "stop.turned" ? 17 : 1);
+  }
+  EXPECT_EQ(std::ranges::count(rows_of(r), '\n'), 2) << "a stop that only ends is no requirement";
+}
+
+TEST(Requirements, OneThatIsNotMetFails) {
+  for (const char* keys : {"above = 7", "below = -7"}) {
+    const bool above = keys[0] == 'a';
+    const auto r =
+        of_rod(std::string(above ? ""
+                                 : "[[output]]\nquantity = \"formula\"\nname = "
+                                   "\"back\"\nformula = \"-q\"\nunit = \"rad\"\n") +
+               requirement(std::string(keys) + "\nname = \"far\"", above ? "q" : "back"));
+    EXPECT_EQ(r.verdict(), scene::Verdict::fail);
+    const std::string name = above ? "stop.far" : "stop.far (sign turned)";
+    EXPECT_FALSE(rows_of(r).empty());
+    keeps(name + ", off its limit of 7 rad", std::fabs(value_of(r, name) - 7), 1e-13);
+    for (const auto& c : r.checks) EXPECT_EQ(c.pass, c.name != name) << c.name;
+  }
+}
+
+TEST(Requirements, OneThatWasNeverLookedAtSaysSo) {
+  const auto r = of_rod(requirement("above = 1\nafter = 20\nname = \"late\""));
+  EXPECT_EQ(rows_of(r), "stop.late: begins at 20 s, the run ended at 8 s\n");
+  EXPECT_EQ(r.verdict(), scene::Verdict::pass);
+  // At the end, which 6 steps of 0.15 s miss by a rounding: 0.8999999999999999 s.
+  const auto at_end = [](const char* after, double duration, double step) {
+    return of_rod(requirement(fmt::format("above = 17\nafter = {}\nname = \"end\"", after)),
+                  duration, step);
+  };
+  for (const double step : {0.15, 0.01, 0.4})  // the last one is shorter
+    keeps(fmt::format("angle at the end, steps of {} s, off 1.8 rad", step),
+          std::fabs(value_of(at_end("0.9", 0.9, step), "stop.end") - 1.8), 1e-14);
+  EXPECT_TRUE(std::isnan(value_of(at_end("0.9000001", 0.9, 0.15), "stop.end")));
+}
+
+TEST(Requirements, AreThoseOfTheWholeRunInPhasesResumedAndInMemory) {
+  const std::string arm =
+      "[environment]\ngravity = \"uniform\"\nvector = [0, 0, -9.81]\n[initial]\njoints.shoulder = "
+      "{ position = 2 }\njoints.elbow = { position = 1 }\n[[output]]\nquantity = \"joint_rate\"\n"
+      "name = \"rate\"\njoint = \"elbow\"\n" +
+      requirement("above = 30\nname = \"fast\"", "rate") +
+      requirement("below = -30\nafter = 1.2\nname = \"back\"", "rate") +
+      requirement("above = 1\nafter = 70\nname = \"late\"", "rate");
+  for (const char* event : {"", "[[event]]\ntype = \"lock\"\njoint = \"shoulder\"\nat = 1\n"}) {
+    TemporaryFolder folder;
+    const auto s = scene_of(folder, arm_urdf(), arm + event, 2);
+    const auto a = scene::assemble(s);
+    const auto whole = scene::run(s, a, into(folder / "whole"));
+    const std::string rows = rows_of(whole);
+    EXPECT_TRUE(says(rows, "stop.late: begins at 70 s, the run ended at 2 s\n")) << rows;
+    EXPECT_EQ(std::ranges::count(rows, '\n'), 3) << rows;
+    EXPECT_EQ(rows_of(scene::run_in_memory(s, a, {})), rows);
+    for (const std::int64_t at : {77, 150}) {
+      auto half = into(folder / fmt::format("parts_{}", at));
+      half.stop_at = at;
+      EXPECT_TRUE(scene::run(s, a, half).interrupted);
+      half = into(half.out, true);
+      EXPECT_EQ(rows_of(scene::run(s, a, half)), rows) << "stopped at step " << at;
+    }
+    // The largest value of all steps, as outputs see it with extrema = "all".
+    auto seen = s;
+    seen.extrema = scene::Extrema::all;
+    const auto all = scene::run_in_memory(seen, a, {});
+    keeps("largest rate, off that of all steps",
+          std::fabs(value_of(whole, "stop.fast") - all.outputs[0].largest), 1e-14);
+    breaks("the records alone see less", all.outputs[0].largest - whole.outputs[0].largest, 1e-6);
+  }
+}
+
+TEST(Requirements, OneThatDoesNotHoldAfterAnEventHasTheValueThere) {
+  const std::string arm =
+      "[initial]\njoints.shoulder = { velocity = 1 }\njoints.elbow = { position = 1, velocity = 1 "
+      "}\n[[output]]\nquantity = \"joint_rate\"\nname = \"rate\"\njoint = \"elbow\"\n";
+  const std::string lock = "[[event]]\ntype = \"lock\"\njoint = \"shoulder\"\nat = 1\n";
+  const auto run = [&](const std::string& more, double duration) {
+    TemporaryFolder folder;
+    const auto s = scene_of(folder, arm_urdf(), arm + more, duration);
+    return scene::run_in_memory(s, scene::assemble(s), {});
+  };
+  const double before = run("", 1).outputs[0].end, after = run(lock, 1.01).outputs[0].end;
+  const double between = 0.5 * (before + after);
+  const auto r = run(lock + requirement(fmt::format("{} = {}\nname = \"jump\"\nafter = 0.9",
+                                                    after > before ? "above" : "below", between),
+                                        "rate"),
+                     2);
+  const std::string name = after > before ? "stop.jump" : "stop.jump (sign turned)";
+  EXPECT_EQ(r.verdict(), scene::Verdict::fail) << rows_of(r);
+  EXPECT_EQ(r.simulated_s, 1);
+  EXPECT_EQ(std::ranges::count(rows_of(r), '\n'), 1) << rows_of(r);
+  keeps("rate after the event, off that of a run without the stop",
+        std::fabs(std::fabs(value_of(r, name)) - std::fabs(after)), 1e-12);
+  breaks("it is not the limit", std::fabs(std::fabs(value_of(r, name)) - std::fabs(between)), 0.05);
+}
+
+}  // namespace porthos::test::requirements_test
