@@ -156,8 +156,8 @@ def draw(result: Result) -> "Figure":
 
 
 def _of_motion(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Panels of the motion by their titles without units: "joints", "rates of joints", ...; and each of their lines by its name, which
-    with the panel's before it, "tip.x", is always one."""
+    """Panels of the motion by their titles, "joints", "rates of joints", ..., with the unit where several have one title: "outputs [N m]";
+    and each of their lines by its name, which with the panel's before it, "tip.x", is always one."""
     motion = result.motion()
     t = motion.pop("time [s]")["t"]
 
@@ -173,15 +173,18 @@ def _of_motion(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
             _lines(ax, t, lines, unit == "rad")
         return draw_into
 
-    def several(name, places):
+    def several(name, places, kind="a line"):
         def refuse(*_):
-            raise InvalidArgument(f"what is '{name}', a line of several panels, expected one of: {', '.join(places)}")
+            raise InvalidArgument(f"what is '{name}', {kind} of several panels, expected one of: {', '.join(places)}")
         return refuse
 
     panels, alone, places = {}, {}, {}
     for what, lines in motion.items():
         title, unit = what[:-1].split(" [")
-        panels[title if title not in panels else what] = panel(title, unit, lines)  # outputs have a panel for each unit
+        same = [k for k in motion if k.split(" [")[0] == title]  # outputs have a panel for each unit
+        panels[what if same[1:] else title] = panel(title, unit, lines)
+        if same[1:]:
+            alone[title] = several(title, same, "the name")
         for name, y in lines.items():
             full = f"{title}.{name}"
             alone[full] = panel(full, unit, {name: y})

@@ -153,16 +153,25 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what) {
   if (what == "motion") return motion.panels;
   std::string list = "motion, energies, works, residual";
   std::vector<std::string> known{"motion", "energies", "works", "residual"};
-  for (const bool exact : {true, false})
-    for (const TracePanel& p : motion.panels)
-      if ((exact ? p.what : without_unit(p.what)) == (exact ? what : without_unit(what)))
-        return {told(p, motion.panels)};
   std::vector<TracePanel> found;
   std::string full;  // names of what was found
   for (const TracePanel& p : motion.panels) {
+    if (p.what == what) return {told(p, motion.panels)};
+    if (without_unit(p.what) != without_unit(what)) continue;
+    found.push_back(told(p, motion.panels));
+    add_to_list(full, p.what);
+  }
+  if (found.size() > 1)
+    throw InvalidArgument(
+        fmt::format("what is '{}', the name of several panels, expected one of: {}", what, full));
+  if (!found.empty()) return found;
+  for (const TracePanel& p : motion.panels) {
     const std::string name = without_unit(p.what), unit = p.what.substr(name.size());
+    const bool twice = std::ranges::count_if(motion.panels, [&](const TracePanel& other) {
+                         return without_unit(other.what) == name;
+                       }) > 1;
     known.push_back(name);
-    add_to_list(list, name);
+    add_to_list(list, twice ? p.what : name);
     for (const TraceLine& l : p.lines) {
       if (name + "." + l.name == what) return {{what + unit, {l}}};
       known.push_back(l.name);

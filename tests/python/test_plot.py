@@ -184,8 +184,10 @@ def test_outputs_have_a_panel_for_each_unit(run, monkeypatch):
     monkeypatch.setattr(type(run), "motion", lambda self: {"outputs [rad]": {"a": t}, "com [m]": {"x": t}, "outputs [m]": {"b": t}, "time [s]": {"t": t}})
     axes = ph.plot(run, what="motion").axes
     assert [(a.get_title(), a.get_ylabel()) for a in axes] == [("outputs", "rad"), ("com", "m"), ("outputs", "m")]
-    for what, line in (("outputs [rad]", "a"), ("outputs", "a"), ("outputs [m]", "b")):
+    for what, line in (("outputs [rad]", "a"), ("outputs [m]", "b")):
         assert [k.get_label() for k in ph.plot(run, what=what).axes[0].get_lines()] == [line]
+    refused(lambda: ph.plot(run, what="outputs"), "what is 'outputs', the name of several panels, expected one of: outputs [rad], outputs [m]")
+    refused(lambda: ph.plot(run, what="speed"), "expected motion, energies, works, residual, outputs [rad], com, outputs [m] or a line")
 
 
 def keeps(what, measured, bound):

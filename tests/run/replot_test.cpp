@@ -1,6 +1,7 @@
 // porthos plot: pictures from run.h5 are those the run has drawn from its log.
 #include "scene/session/replot.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -127,6 +128,31 @@ TEST(Replot, APanelTellsJointsThatAreInAnother) {
   EXPECT_EQ(told("-6.0", "rates of joints [rad/s]"), "1 other is in 'rates of turning joints'");
   EXPECT_EQ(told("-6.0", "turning joints"), "");
   EXPECT_EQ(told("-0.1", "joints"), "") << "control: none turns often";
+}
+
+TEST(Replot, ANameOfTwoPanelsIsRefusedWithTheirUnits) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "model.urdf", arm_urdf());
+  std::string outputs;
+  for (const char* joint : {"shoulder", "elbow"})
+    for (const char* of : {"rate", "torque"})
+      outputs += fmt::format(
+          "[[output]]\nquantity = 'joint_{0}'\nname = '{1}_{0}'\njoint = '{1}'\n", of, joint);
+  write_bytes(folder / "scene.toml",
+              "[model]\nurdf = 'model.urdf'\nbase = 'fixed'\n" + outputs +
+                  "[integrator]\nmethod = 'gauss8'\nstep = 0.01\n[run]\nduration = 1\n");
+  const auto s = scene::read_scene((folder / "scene.toml").string());
+  scene::run(s, scene::assemble(s), into(folder / "out"));
+  const auto refused = [&](const std::string& what) {
+    return refusal([&] { scene::figures(folder / "out", what); });
+  };
+  EXPECT_EQ(refused("outputs"),
+            "what is 'outputs', the name of several panels, expected one of: outputs [rad/s], "
+            "outputs [N m]");
+  EXPECT_TRUE(says(refused("output"), "residual, outputs [rad/s], outputs [N m], joints"));
+  EXPECT_EQ(refused("joints"), "") << "one panel needs no unit";
+  EXPECT_NE(scene::figures(folder / "out", "outputs [N m]")[0].find(">elbow_torque<"),
+            std::string::npos);
 }
 
 TEST(Replot, FoldersWithoutAFinishedRunAreRefused) {
