@@ -42,6 +42,10 @@ std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport&
             : fmt::format(", from {:g} to {:g} s, median {:g} s", event.time.quantiles[0],
                           event.time.quantiles[6], event.time.quantiles[3]));
   for (const auto& [why, count] : r.failures) text += fmt::format("{} cases: {}\n", count, why);
+  std::vector<std::string> failed;
+  for (const auto& [check, count] : r.failed_checks)
+    failed.push_back(fmt::format("{} {}", check, count));
+  if (!failed.empty()) text += fmt::format("failed: {}\n", fmt::join(failed, ", "));
   if (!r.not_passed.empty())
     text += fmt::format("not passed: {}{}\n", fmt::join(r.not_passed, ", "),
                         r.cases - r.passed > std::int64_t(r.not_passed.size()) ? ", ..." : "") +

@@ -54,7 +54,14 @@ class Cases {
     count_ = file_.dataset("passed").size();
     verdicts_.resize(size_t(count_));
     status_.resize(size_t(count_));
-    for (auto [name, to] : {std::pair{"passed", &verdicts_}, {"status", &status_}}) {
+    std::vector<std::pair<const char*, std::vector<std::int64_t>*>> integers{{"passed", &verdicts_},
+                                                                             {"status", &status_}};
+    if (file_.datasets().count("failed_checks")) {  // not in files of earlier versions
+      failed_.resize(size_t(count_));
+      integers.emplace_back("failed_checks", &failed_);
+      checks_ = scene::lines_of(file_.texts("failed_checks")["names"]);
+    }
+    for (auto [name, to] : integers) {
       if (file_.dataset(name).size() != count_)
         throw InvalidArgument(fmt::format("{}: '{}' has not one number a case", path_, name));
       file_.read(name, to->data());
@@ -91,17 +98,18 @@ class Cases {
                          {"others", c.others},
                          {"v", base64(c.shown)}});
     }
-    Json verdicts = Json::array(), status = Json::array();
+    Json verdicts = Json::array(), status = Json::array(), failed = Json::array();
     for (const std::int64_t i : shown_) {
       verdicts.push_back(verdicts_[size_t(i)]);
       const auto s = status_[size_t(i)];
       status.push_back(s == 0 ? "" : scene::case_status(int(s)));
+      Json of_case = Json::array();
+      for (size_t k = 0; !failed_.empty() && k < checks_.size() && k < 63; ++k)
+        if (failed_[size_t(i)] >> k & 1) of_case.push_back(checks_[k]);
+      failed.push_back(of_case);
     }
-    return {{"count", count_},
-            {"columns", columns},
-            {"shown", shown_},
-            {"verdicts", verdicts},
-            {"status", status}};
+    return {{"count", count_},      {"columns", columns}, {"shown", shown_},
+            {"verdicts", verdicts}, {"status", status},   {"failed", failed}};
   }
 
  private:
@@ -170,7 +178,8 @@ class Cases {
   std::string path_;
   scene::Hdf5Reader file_;
   std::int64_t count_ = 0;
-  std::vector<std::int64_t> verdicts_, status_, shown_;
+  std::vector<std::int64_t> verdicts_, status_, failed_, shown_;
+  std::vector<std::string> checks_;  ///< names of the bits of failed_
   std::vector<CaseNumber> columns_;
 };
 

@@ -96,7 +96,8 @@ class EnsembleResult(Judged):
         s = self.summary
         lines = [f"{s['title'] or 'ensemble'}: {s['cases']} cases of {s['duration_s']:g} s by {s['method']}", ""]
         lines += text_table([self._heads, *self._rows()])
-        lines += ["", *(f"{n} cases: {why}" for why, n in s["failures"].items()), f"results  {self.folder}"]
+        failed = ", ".join(f"{check} {n}" for check, n in s.get("failed_checks", {}).items())
+        lines += ["", *(f"{n} cases: {why}" for why, n in s["failures"].items()), *([f"failed: {failed}"] if failed else []), f"results  {self.folder}"]
         return "\n".join(lines + [f"verdict  {'FAIL' if self.verdict == 'fail' else self.verdict}: {s['passed']} of {s['cases']} cases passed"])
 
     def __repr__(self) -> str:

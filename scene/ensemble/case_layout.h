@@ -47,10 +47,11 @@ struct CaseLayout {
   CaseLayout(size_t columns_, const StateColumns& state, size_t events_, size_t outputs_ = 0,
              size_t stops_ = 0);
 
-  static constexpr size_t index = 0, status = 1, steps = 2, passed = 3;  // integers
-  static constexpr size_t energy_initial = 4, energy_scale = 5, energy_abs = 6, energy = 7,
-                          energy_rms = 8, linear = 9, angular = 10, quaternion = 11;
-  static constexpr size_t inputs = 12;
+  // Integers; failed: of CaseChecks.
+  static constexpr size_t index = 0, status = 1, steps = 2, passed = 3, failed = 4;
+  static constexpr size_t energy_initial = 5, energy_scale = 6, energy_abs = 7, energy = 8,
+                          energy_rms = 9, linear = 10, angular = 11, quaternion = 12;
+  static constexpr size_t inputs = 13;
   size_t x() const { return inputs + columns; }
   size_t low() const { return x() + nx; }
   size_t turn() const { return low() + nx; }  ///< integers

@@ -52,6 +52,7 @@ class CaseRow {
   }
   void report(const RunReport& r) {
     put(l_.passed, number_of(r.verdict()));
+    put(l_.failed, e_.checks().failed(r));
     row_[l_.energy_initial] = r.energy.initial_J;
     row_[l_.energy_scale] = r.energy.scale_J;
     row_[l_.energy_abs] = r.energy.max_abs_error_J;

@@ -44,6 +44,7 @@ Ensemble::Ensemble(Scene scene)
       state_columns_(systems_of(scene_, assembly_)),
       layout_(size_t(cases_.columns()), state_columns_, scene_.events.size(),
               number_names(scene_.outputs).size(), scene_.stops.size()),
+      checks_(scene_),
       // A controller is designed from the start: its motion begins there.
       one_model_(scene_.controllers.empty() &&
                  std::all_of(cases_.quantities.begin(), cases_.quantities.end(),

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/ensemble/case_checks.h"
 #include "scene/ensemble/case_log.h"
 #include "scene/ensemble/ensemble_scene.h"
 #include "scene/run/run_report.h"
@@ -31,6 +32,7 @@ class Ensemble {
   const CaseSampler& sampler() const { return sampler_; }
   const StateColumns& state_columns() const { return state_columns_; }
   const CaseLayout& layout() const { return layout_; }
+  const CaseChecks& checks() const { return checks_; }
   /// Whether all cases share one model: they differ in their start alone.
   bool one_model() const { return one_model_; }
   /// Whether the cases may share SIMD lanes. The others are run as by `porthos run`, one per
@@ -60,6 +62,7 @@ class Ensemble {
   CaseSampler sampler_;
   StateColumns state_columns_;
   CaseLayout layout_;
+  CaseChecks checks_;
   bool one_model_, in_lanes_;
 };
 
@@ -136,6 +139,8 @@ struct EnsembleReport {
   std::int64_t cases = 0, done = 0, passed = 0;
   std::int64_t not_judged = 0;                   ///< none of their checks is telling
   std::map<std::string, std::int64_t> failures;  ///< cases that did not reach their end, by reason
+  /// Checks that did not hold, and in how many cases.
+  std::vector<std::pair<std::string, std::int64_t>> failed_checks;
   Spread energy, linear, angular;   ///< of the others: relative errors, maxima over the run
   std::vector<EventSpread> events;  ///< in the order of the scene, over all cases
   std::vector<OutputSpread> outputs;

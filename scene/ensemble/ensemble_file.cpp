@@ -79,6 +79,8 @@ std::vector<CaseColumn> add_columns(Hdf5File& file, const Ensemble& e) {
   add("status", l.status, 1, integer, "1");
   add("steps", l.steps, 1, integer, "1");
   add("passed", l.passed, 1, integer, "1");
+  add("failed_checks", l.failed, 1, integer, "1");
+  columns.back().data.attribute("names", lines(e.checks().names()));
   add("energy_error", l.energy, 1, real, "1");
   add("energy_error_rms", l.energy_rms, 1, real, "1");
   add("energy_error_J", l.energy_abs, 1, real, "J");
@@ -164,6 +166,7 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
   std::vector<double> row(l.size());
   std::vector<std::vector<std::pair<double, std::int64_t>>> outputs(3 * l.outputs);
   r.stopped.assign(l.stops, 0);
+  std::map<std::string, std::int64_t> failed;
   for (std::int64_t i = 0; i < r.cases; ++i) {
     if (!store.has(i)) continue;
     store.read(i, row);
@@ -172,6 +175,7 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
     for (size_t k = 0; k < outputs.size(); ++k)
       if (const double v = row[l.output_end() + k]; !std::isnan(v)) outputs[k].emplace_back(v, i);
     if (l.stops > 0 && integer(row[l.stop()]) >= 0) ++r.stopped[size_t(integer(row[l.stop()]))];
+    for (const auto& check : e.checks().names_of(integer(row[l.failed]))) ++failed[check];
     const int status = int(integer(row[l.status]));
     if (status != 0) {
       ++r.failures[case_status(status)];
@@ -187,6 +191,8 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
     else if (r.not_passed.size() < 10)
       r.not_passed.push_back(i);
   }
+  for (const auto& name : e.checks().names())
+    if (failed.count(name)) r.failed_checks.emplace_back(name, failed[name]);
   r.energy = spread_of(energy);
   r.linear = spread_of(linear);
   r.angular = spread_of(angular);
@@ -224,6 +230,8 @@ std::string ensemble_json(const Ensemble& e, const CaseStore& store, const Ensem
   Json failures = Json::object();
   for (const auto& [why, count] : r.failures) failures[why] = count;
   j["failures"] = failures;
+  j["failed_checks"] = Json::object();
+  for (const auto& [check, count] : r.failed_checks) j["failed_checks"][check] = count;
   j["energy_error"] = json_of(r.energy);
   const phs::Description& d = e.assembly().model->description();
   for (const auto& i : d.invariants) {
@@ -252,6 +260,7 @@ std::string ensemble_json(const Ensemble& e, const CaseStore& store, const Ensem
     for (size_t k = 0; k < names.size(); ++k) inputs[names[k]] = row[l.inputs + k];
     Json one = {{"case", i},
                 {"status", case_status(int(integer(row[l.status])))},
+                {"failed_checks", e.checks().names_of(integer(row[l.failed]))},
                 {"steps", integer(row[l.steps])},
                 {"energy_error", row[l.energy]},
                 {"inputs", inputs}};

@@ -89,6 +89,13 @@ TEST_F(EnsemblePage, CountsEveryCaseOnce) {
   EXPECT_NO_THROW(column(j, "motion, at the end"));
   EXPECT_NO_THROW(column(j, "motion, largest"));
   EXPECT_EQ(j["cases"]["shown"].size(), 40u);
+  // Each case that failed says why, and those that passed do not.
+  std::int64_t energy = 0;
+  for (size_t i = 0; i < 40; ++i) {
+    EXPECT_EQ(j["cases"]["failed"][i].empty(), j["cases"]["verdicts"][i] == 1) << i;
+    for (const Json& check : j["cases"]["failed"][i]) energy += check == "energy";
+  }
+  EXPECT_EQ(energy, j["ensemble"]["failed_checks"].value("energy", 0));
 }
 
 TEST_F(EnsemblePage, HasTheNumbersOfItsCases) {

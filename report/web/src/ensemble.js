@@ -1,6 +1,7 @@
 import { decadeTicks, drawAxes, linearTicks } from "./axes.js";
 import { card, h, lead, section, svg, table } from "./dom.js";
 import { duration, grouped, number, short } from "./format.js";
+import { checkName } from "./sections.js";
 
 const errorNames = { energy_error: "energy", linear_momentum_error: "linear momentum", angular_momentum_error: "angular momentum" };
 const limitOf = (d, key) => d.limits?.[key.replace("_error", "")] ?? null;
@@ -20,11 +21,12 @@ export function verdict(d) {
     return [errorNames[k], ...(exact ? ["exactly 0", "", ""] : [s.median, s.q95, s.max].map((x) => number(x))), limit === null ? "–" : number(limit), exact || s.case_of_max === undefined ? "" : caseLink(s.case_of_max)];
   });
   const failures = Object.entries(e.failures).map(([why, n]) => h("li", {}, `${grouped(n)} cases: ${why}`));
+  const checks = Object.entries(e.failed_checks || {}).map(([name, n]) => h("li", {}, `${grouped(n)} cases: ${checkName(name)} did not hold`));
   const stopped = Object.entries(e.stopped || {}).map(([name, n]) => h("li", {}, `${grouped(n)} cases ended by the stop ${name}`));
   return section("verdict", "Verdict",
     h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : open ? "open" : "fail"}` }, pass ? "Pass" : open ? "Not judged" : "Fail"), h("p", {}, `${words}.`)),
     card(table(["Relative error", "median", "95 % below", "largest", "limit", "its case"], rows, ["", "n", "n", "n", "n", "n"])),
-    failures.length || stopped.length ? card(h("ul", { class: "notes" }, failures, stopped)) : "");
+    failures.length || checks.length || stopped.length ? card(h("ul", { class: "notes" }, failures, checks, stopped)) : "");
 }
 
 const chosen = { listeners: [], case: null };
@@ -111,15 +113,22 @@ export function relations(d) {
     card(h("div", { class: "bar" }, picker("across", cx, (c) => (cx = c)), picker("up", cy, (c) => (cy = c))), box));
 }
 
-/** Why a case did not pass, as far as its numbers tell. */
+/** Why a case did not pass: with the numbers where they are there, else by the name of the check. */
 function reasons(d, i) {
   if (d.cases.verdicts[i] === 1) return [];
-  const list = d.cases.status[i] ? [d.cases.status[i]] : [];
+  const list = d.cases.status[i] ? [d.cases.status[i]] : [], told = new Set();
   for (const c of d.cases.columns) {
     const key = c.name.replaceAll(" ", "_"), limit = c.group === "error" ? limitOf(d, key) : null;
-    if (limit !== null && c.v[i] > limit) list.push(`${c.name} ${number(c.v[i])} is above its limit ${number(limit)}`);
-    if (c.group === "event" && Number.isNaN(c.v[i])) list.push(`${c.name} never happened`);
+    if (limit !== null && c.v[i] > limit) {
+      list.push(`${c.name} ${number(c.v[i])} is above its limit ${number(limit)}`);
+      told.add(key.replace("_error", ""));
+    }
+    if (c.group === "event" && Number.isNaN(c.v[i])) {
+      list.push(`${c.name} never happened`);
+      told.add("missed_events");
+    }
   }
+  for (const check of d.cases.failed[i]) if (!told.has(check)) list.push(`the check ${checkName(check)} does not hold`);
   return list;
 }
 

@@ -14,6 +14,9 @@ const names = {
   constraints: "gaps of loops", constraint_rates: "rates of these gaps",
 };
 
+/** A check as a reader calls it: "power balance", "stop.too fast". */
+export const checkName = (name) => names[name] || (name.startsWith("stop.") ? name : name.replaceAll("_", " "));
+
 /** How far below its limit a value is: a factor, and a bar that is full from six decades on. */
 function room(c) {
   if (!(c.value > 0) || !(c.limit > 0)) return c.pass && c.value === 0 ? h("span", { class: "soft" }, "exact") : "";
@@ -50,15 +53,15 @@ export function verdict(d) {
   const failed = s.checks.filter((c) => !c.pass), pass = s.verdict === "pass", open = s.verdict === "not judged", none = s.not_applicable || [];
   const what = pass ? (s.checks.length === 1 ? "The one check holds." : `All ${s.checks.length} checks hold.`)
     : open ? "The run reached its end, and none of its checks could have told a wrong motion from a right one."
-    : failed.length ? `${failed.length} of ${s.checks.length} checks ${failed.length > 1 ? "do" : "does"} not hold: ${failed.map((c) => names[c.name] || c.name).join(", ")}.` : "The run did not reach its end.";
+    : failed.length ? `${failed.length} of ${s.checks.length} checks ${failed.length > 1 ? "do" : "does"} not hold: ${failed.map((c) => checkName(c.name)).join(", ")}.` : "The run did not reach its end.";
   const perStep = s.steps > 0 ? s.cpu_s / s.steps : 0;
   const tile = (value, text) => h("div", { class: "tile" }, h("b", {}, value), h("span", {}, text));
   return section("verdict", "Verdict",
     h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : open ? "open" : "fail"}` }, pass ? "Pass" : open ? "Not judged" : "Fail"),
       h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, `The energy error ${growth(s.energy, s.steps, d.series)}.`))),
     s.checks.length + none.length ? card(table(["check", "", "value", "limit", "against the limit"],
-      [...s.checks.map((c) => c.name === "outcome" ? [names.outcome, h("span", { class: "word fail" }, "✗ fail"), "no", "–", ""] : [names[c.name] || c.name.replaceAll("_", " "), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail"), number(c.value), number(c.limit), room(c)]),
-        ...none.map((n) => [names[n.name] || n.name.replaceAll("_", " "), h("span", { class: "soft" }, "not applicable"), "–", "–", h("span", { class: "soft" }, n.why)])], ["", "", "n", "n", ""])) : "",
+      [...s.checks.map((c) => c.name === "outcome" ? [names.outcome, h("span", { class: "word fail" }, "✗ fail"), "no", "–", ""] : [checkName(c.name), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail"), number(c.value), number(c.limit), room(c)]),
+        ...none.map((n) => [checkName(n.name), h("span", { class: "soft" }, "not applicable"), "–", "–", h("span", { class: "soft" }, n.why)])], ["", "", "n", "n", ""])) : "",
     h("div", { class: "tiles" },
       tile(number(s.energy.max_rel_error), "largest energy error, relative"),
       tile(`${number(s.energy.initial_J, 6)} J`, "energy at the start"),

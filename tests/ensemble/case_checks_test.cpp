@@ -1,0 +1,116 @@
+// The failed checks of each case: in its row, in ensemble.h5, in ensemble.json and for the page.
+#include "scene/ensemble/case_checks.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "scene/ensemble/case_scene.h"
+#include "scene/files/hdf5_reader.h"
+#include "scene/session/memory_run.h"
+#include "tests/ensemble/rows.h"
+#include "tests/run/scenes.h"
+
+namespace porthos::test::case_checks_test {
+namespace {
+
+using scene::Ensemble;
+using Names = std::vector<std::string>;
+
+/// A double pendulum from twelve heights; what more is asked of it.
+scene::Scene scene_of(const TemporaryFolder& folder, const std::string& more) {
+  write_bytes(folder / "arm.urdf", arm_urdf());
+  write_bytes(folder / "scene.toml",
+              "[model]\nurdf = \"arm.urdf\"\nbase = \"fixed\"\n[environment]\ngravity = "
+              "\"uniform\"\nvector = [0, 0, -9.81]\n[integrator]\nmethod = \"gauss8\"\nstep = "
+              "0.01\n[run]\nduration = 1\n[ensemble]\ncases = 12\n[ensemble.vary]\n"
+              "\"initial.joints.shoulder.position\" = { uniform = [0.1, 2.5] }\n" +
+                  more);
+  return scene::read_scene((folder / "scene.toml").string());
+}
+const std::string fast =
+    "[[output]]\nquantity = \"joint_rate\"\nname = \"rate\"\njoint = \"shoulder\"\n[[output]]\n"
+    "quantity = \"formula\"\nname = \"size\"\nformula = \"abs(rate)\"\nunit = \"rad/s\"\n[[stop]]\n"
+    "name = \"too fast\"\noutput = \"size\"\nabove = 3\noutcome = \"fail\"\n";
+
+Names failed_in(const scene::RunReport& r) {
+  Names names;
+  for (const auto& c : r.checks)
+    if (!c.pass) names.push_back(c.name);
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace
+
+TEST(CaseChecks, ARowNamesThoseThatFailInTheRunOfItsCase) {
+  const std::string energy = "[verify]\nenergy = 1e-30\n", both = energy + "balance = 1e-30\n";
+  for (const std::string& more : {std::string(), energy, both, fast, both + fast}) {
+    const TemporaryFolder folder;
+    const Ensemble e(scene_of(folder, more));
+    EXPECT_EQ(e.in_lanes(), more.find("stop") == more.npos);
+    int failed = 0;
+    for (const auto& row : rows_of(e)) {
+      const auto s = scene_of_case(e, scene::integer(row[e.layout().index]));
+      const auto r = scene::run_in_memory(s, scene::assemble(s), {});
+      Names names = e.checks().names_of(scene::integer(row[e.layout().failed]));
+      std::sort(names.begin(), names.end());
+      EXPECT_EQ(names, failed_in(r));
+      failed += !names.empty();
+    }
+    std::printf("  cases with failed checks: %d of 12\n", failed);
+    if (more.empty()) {
+      EXPECT_EQ(failed, 0);
+    } else if (more == fast) {
+      EXPECT_GT(failed, 0);
+      EXPECT_LT(failed, 12);
+    } else {
+      EXPECT_EQ(failed, 12);
+    }
+  }
+}
+
+TEST(CaseChecks, AreCountedAndNamedInTheResults) {
+  const TemporaryFolder folder;
+  const Ensemble e(scene_of(folder, "[verify]\nenergy = 1e-30\nbalance = 1e-6\n" + fast));
+  const auto r = run_ensemble(e, {.out = (folder / "out").string(), .part = {}, .threads = 1});
+  ASSERT_EQ(r.failed_checks.size(), 2u);
+  EXPECT_EQ(r.failed_checks[0], (std::pair<std::string, std::int64_t>("energy", 12)));
+  EXPECT_EQ(r.failed_checks[1].first, "stop.too fast");
+  EXPECT_EQ(r.failed_checks[1].second, r.stopped[0]);
+  const auto json = nlohmann::json::parse(read_bytes(folder / "out/ensemble.json"));
+  EXPECT_EQ(json.at("failed_checks"),
+            (nlohmann::json{{"energy", 12}, {"stop.too fast", r.stopped[0]}}));
+  int fast_ones = 0;
+  for (const auto& one : json.at("first_not_passed")) {
+    const auto names = one.at("failed_checks").get<Names>();
+    EXPECT_EQ(names.front(), "energy");
+    fast_ones += names.size() == 2 && names[1] == "stop.too fast";
+  }
+  EXPECT_GT(fast_ones, 0);
+  EXPECT_LT(fast_ones, 10);
+  const scene::Hdf5Reader file(folder / "out/ensemble.h5");
+  std::vector<std::int64_t> bits(12);
+  file.read("failed_checks", bits.data());
+  std::int64_t stopped = 0;
+  for (const auto b : bits) stopped += e.checks().names_of(b).size() == 2;
+  EXPECT_EQ(stopped, r.stopped[0]);
+  EXPECT_TRUE(file.texts("failed_checks").at("names").starts_with("energy\n"));
+}
+
+TEST(CaseChecks, WhatHasNoNameIsAnother) {
+  const scene::CaseChecks checks{scene::Scene()};
+  scene::RunReport r;
+  r.checks = {{"balance", 1, 0, false}, {"energy", 0, 1, true}, {"outcome", 1, 0, false}};
+  EXPECT_EQ(checks.names_of(checks.failed(r)), Names{"balance"});
+  r.checks.push_back({"of a later version", 1, 0, false});
+  EXPECT_EQ(checks.names_of(checks.failed(r)), (Names{"balance", "another"}));
+  scene::Scene many;
+  for (int k = 0; k < 100; ++k)
+    many.stops.push_back({.name = std::to_string(k), .output = "q", .fails = true});
+  const scene::CaseChecks most(many);
+  EXPECT_EQ(most.names().size(), 63u) << "the bits of a number that is not negative";
+  r.checks = {{"stop.99", 1, 0, false}};
+  EXPECT_EQ(most.failed(r), std::int64_t(1) << 62);
+}
+
+}  // namespace porthos::test::case_checks_test
