@@ -29,8 +29,8 @@ struct TracePanel {
 };
 
 /// Panels below each other over one time axis, as a complete SVG document for a screen. Of many
-/// lines those that are 0 all the time are counted ("7 others: 0"). An angle in rad that never leaves
-/// [-π, π] has a gap where it jumps by more than π.
+/// lines those that are 0 all the time are counted ("7 others: 0"). An angle in rad that never
+/// leaves [-π, π] has a gap where it jumps by more than π.
 std::string trace_plot(const std::vector<TracePanel>& panels, const std::string& title,
                        const std::string& subtitle);
 

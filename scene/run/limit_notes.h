@@ -9,8 +9,8 @@ namespace porthos::scene {
 
 inline constexpr std::size_t most_told = 3;  ///< joints that a note on limits names
 
-/// A note on joints that are faster than the velocity of the model file, which nothing enforces: the
-/// three worst, and how many more there are; empty if none is. when: "at the end"
+/// A note on joints that are faster than the velocity of the model file, which nothing enforces:
+/// the three worst, and how many more there are; empty if none is. when: "at the end"
 std::vector<std::string> notes_on_speeds(const mechanics::MechanicalModel& model,
                                          const phs::State& state, const std::string& when);
 
