@@ -155,10 +155,9 @@ def draw(result: Result) -> "Figure":
     return figure
 
 
-def _of_motion(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Panels of the motion by their titles, "joints", "rates of joints", ..., with the unit where several have one title: "outputs [N m]";
-    and each of their lines by its name, which with the panel's before it, "tip.x", is always one."""
-    motion = result.motion()
+def _of_motion(motion: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Panels of the motion, or of the states, by their titles, "joints", "rates of joints", ..., with the unit where several have one title:
+    "outputs [N m]"; and each of their lines by its name, which with the panel's before it, "tip.x", is always one."""
     t = motion.pop("time [s]")["t"]
 
     def panel(title, unit, lines):
@@ -226,26 +225,31 @@ PANELS = {"energies": _energies, "works": _works, "residual": _residual}
 def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, label: str | None = None, legend: bool = True) -> Any:
     """One panel of a result with axes of its own, or in yours: "energies", "works", "residual", or of the motion "joints", "rates of joints" ...
 
-    what = "motion": all panels of the motion in one figure. The name of a line, as of an output: that line alone. label: what a
+    what = "motion": all panels of the motion in one figure. "states": the states and momenta of any system, as of a Network; of one
+    without a mechanism each by the name of its block. The name of a line, as of an output: that line alone. label: what a
     run is called among others in the same axes. legend: whether lines are named above the axes (in them where the figure has no layout
-    and they do not fit above; left out with a warning where they would take more than half the height). Axes of three dimensions show a place x, y, z [m] as a path. Returns the Figure. Raises
-    InvalidArgument, naming what there is.
+    and they do not fit above; left out with a warning where they would take more than half the height). Axes of three dimensions show a
+    place x, y, z [m] as a path. Returns the Figure. Raises InvalidArgument, naming what there is.
     """
     if not isinstance(result, Result):
         result = open_result(result)
     if not isinstance(what, str):
         raise InvalidArgument(f"what is {what!r}, expected the name of a panel")
     title = what.split(" [")[0]  # without the unit that motion() adds
-    known, lines = dict(PANELS), {}
+    known, lines, whole = dict(PANELS), {}, "motion"
     if title not in known:
-        motion, lines = _of_motion(result)
+        if title in ("states", "momenta") or what != whole and not result.has_mechanism():
+            whole = "states"
+        motion, lines = _of_motion(result.states() if whole == "states" else result.motion())
         known.update(motion)
     draw = {**lines, **known}
+    all = what == whole
     what = what if what in draw else title
-    names = [n for n in known if n not in PANELS] if what == "motion" else [what]
-    if what != "motion" and what not in draw:
-        near = difflib.get_close_matches(what, ["motion", *draw], n=1, cutoff=0)[0]
-        raise InvalidArgument(f"what is '{what}', the nearest is '{near}', expected motion, {', '.join(known)} or a line")
+    names = [n for n in known if n not in PANELS] if all else [what]
+    if not all and what not in draw:
+        near = difflib.get_close_matches(what, [whole, *draw], n=1, cutoff=0)[0]
+        raise InvalidArgument(f"what is '{what}', the nearest is '{near}', expected {', '.join(dict.fromkeys([whole, *known]))} or a line"
+                              + ("" if whole == "motion" or result.has_mechanism() else " (the run has no mechanism)"))
     if axes is not None:
         if len(names) > 1:
             raise InvalidArgument(f"axes are of one panel, expected what to be one of {', '.join(known)}")
@@ -326,7 +330,7 @@ def plot(result: Result | EnsembleResult | PathLike, path: PathLike | None = Non
     run in memory the Figure alone, which is returned in any case. Phases of a scene with events have a picture each, but for their
     motion, which is in one. Of an ensemble: histograms over its cases, what: one number by its name.
 
-    what: "motion" or one panel, see panel(); then a file is written only if path names one. axes: matplotlib axes to draw it in, where
+    what: "motion", "states" or one panel, see panel(); then a file is written only if path names one. axes: matplotlib axes to draw it in, where
     several runs may be, each by its label. legend=False: without the names of lines. The title is the ordinary one, which axes.set_title("mine")
     replaces.
     """

@@ -35,6 +35,7 @@ class Result(Judged):
         self._columns = columns
         self._states = states
         self.mechanism: Any = None  #: what moved, of a model made in code; None: of the folder's scene, or there is none
+        self.angles: list[str] = []  #: of a run in memory: the names behind the columns of "turns"
         self._file: RunFile | None = None
 
     # --- figures ------------------------------------------------------------------------------------------------------
@@ -168,7 +169,8 @@ class Result(Judged):
             t, panels = motion_in(self.folder, most, self.mechanism)
             return {**panels, "time [s]": {"t": t}}
         if self.mechanism is None:
-            raise InvalidArgument("the run has no mechanism whose motion could be shown, expected a scene or a MechanicalModel")
+            raise InvalidArgument("the run has no mechanism whose motion could be shown, expected a scene or a MechanicalModel; "
+                                  "what = \"states\" shows its states")
         t = self.time
         at = np.unique(np.linspace(0, len(t) - 1, min(len(t), most)).astype(int))
         turns = [c.name for c in self.mechanism.coordinates if c.q.stop - c.q.start == 1 and c.unit == "rad"]
@@ -178,6 +180,43 @@ class Result(Judged):
 
         outputs = [(n.removeprefix("output/"), self.unit(n)) for n in self.names if n.startswith("output/")]
         return {**motion_panels(self.mechanism, t[at].tolist(), turns, rows, outputs), "time [s]": {"t": t[at]}}
+
+    def has_mechanism(self) -> bool:
+        """Whether motion() can show the run: of a scene, or of a MechanicalModel in this session."""
+        if self.mechanism is not None or self.folder is None:
+            return self.mechanism is not None
+        file = self.phases[0].file
+        return file is not None and "provenance/scene" in file.names and file.read("provenance/scene") != ""
+
+    def states(self, most: int = 3000) -> dict[str, dict[str, np.ndarray]]:
+        """The states of any system, at no more than `most` records: {"states [rad]": {"elbow": ...}, "momenta [kg m^2/s]": ..., "time [s]": {"t": ...}}.
+
+        Series "state/..." and "momentum/..." by unit, each line (records,); of a block of several numbers "base.x", or "base.0"
+        where they have no names. Angles are true angles, turns included. Phases follow each other: nan where a phase has no such
+        line. Cost: reads those series.
+        """
+        phases, times, parts = self.phases, [np.empty(0)], []
+        for p in phases:
+            t = p.time
+            at = np.unique(np.linspace(0, len(t) - 1, min(len(t), max(most // len(phases), 2))).astype(int))
+            attributes = p.file.attributes if p.folder is not None else lambda name: {}
+            angles = attributes("turns").get("columns", "").split("\n") if p.folder is not None and "turns" in p.names else p.angles
+            for name in p.names:
+                group, _, block = name.partition("/")
+                if group not in ("state", "momentum"):
+                    continue
+                y = np.asarray(p[name])[at].astype(float).reshape(len(at), -1)
+                if group == "state" and block in angles:
+                    y = y + 2 * np.pi * np.asarray(p["turns"])[at, angles.index(block), None]
+                columns = attributes(name).get("columns", "").split("\n")
+                for k in range(y.shape[1]):
+                    line = block if y.shape[1] == 1 else f"{block}.{columns[k] if len(columns) == y.shape[1] else k}"
+                    parts.append((f"{'states' if group == 'state' else 'momenta'} [{p.unit(name)}]", line, sum(map(len, times)), y[:, k]))
+            times.append(t[at])
+        time, panels = np.concatenate(times), {}
+        for what, line, first, y in sorted(parts, key=lambda p: p[0], reverse=True):  # states before momenta
+            panels.setdefault(what, {}).setdefault(line, np.full(len(time), np.nan))[first:first + len(y)] = y
+        return {**panels, "time [s]": {"t": time}}
 
     def _repr_html_(self) -> str:
         """What notebooks show: the verdict and its checks."""

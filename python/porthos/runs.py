@@ -266,7 +266,9 @@ def _in_memory(data, assembly, symmetry: bool, progress: Tell) -> Result:
         summary, columns, states = _core.run_in_memory(data, assembly, symmetry, tell)
     finally:
         line.finish()
-    return Result(json.loads(summary), None, columns, states)
+    result = Result(json.loads(summary), None, columns, states)
+    result.angles = [b.name.replace("/", "_") for b in assembly.model.description.blocks if b.kind == _core.BlockKind.angle]
+    return result
 
 
 def _compare(data, assembly, methods, budget, duration, out, progress) -> Comparison:

@@ -48,6 +48,53 @@ std::vector<double> column(const Hdf5Reader& file, const std::string& name) {
   return v;
 }
 
+namespace {
+
+/// The names behind the columns of "turns" in a file.
+std::vector<std::string> turning(const Hdf5Reader& file) {
+  if (!file.datasets().count("turns")) return {};
+  return lines_of(file.texts("turns")["columns"]);
+}
+
+/// The numbers of a series "state/..." or "momentum/..." as lines of their panel, angles with their
+/// turns.
+void add_state(std::vector<TracePanel>& panels, const Hdf5Reader& file, const std::string& name,
+               const std::vector<std::int64_t>& shown) {
+  const bool state = name.starts_with("state/");
+  const std::string block = name.substr(name.find('/') + 1);
+  auto rows = rows_of(file, name, shown);
+  const size_t columns = rows.size() / std::max<size_t>(shown.size(), 1);
+  const auto angles = turning(file);
+  const auto turns = rows_of(file, "turns", shown);
+  if (const auto at = std::ranges::find(angles, block); state && at != angles.end())
+    if (turns.size() == angles.size() * rows.size())
+      for (size_t i = 0; i < rows.size(); ++i)
+        rows[i] += phs::two_pi_hi * turns[i * angles.size() + size_t(at - angles.begin())];
+  auto texts = file.texts(name);
+  const std::string what = fmt::format("{} [{}]", state ? "states" : "momenta", texts["unit"]);
+  auto panel = std::ranges::find(panels, what, &TracePanel::what);
+  if (panel == panels.end()) panel = panels.insert(panel, {what, {}});
+  const auto names = lines_of(texts["columns"]);
+  for (size_t k = 0; k < columns; ++k) {
+    TraceLine line{columns == 1              ? block
+                   : names.size() == columns ? block + "." + names[k]
+                                             : fmt::format("{}.{}", block, k)};
+    for (size_t i = 0; i < shown.size(); ++i) line.value.push_back(rows[i * columns + k]);
+    panel->lines.push_back(std::move(line));
+  }
+}
+
+std::vector<TracePanel> states_of(const Hdf5Reader& file, std::int64_t most) {
+  const auto shown = evenly(file.dataset("time").size(), most);
+  std::vector<TracePanel> panels;
+  for (const char* group : {"state/", "momentum/"})
+    for (const auto& [name, d] : file.datasets())
+      if (name.starts_with(group)) add_state(panels, file, name, shown);
+  return panels;
+}
+
+}  // namespace
+
 std::vector<TracePanel> panels_of(const Hdf5Reader& file, const mechanics::Mechanism& m,
                                   const std::vector<Spring>& springs, std::int64_t most,
                                   const Hdf5Reader* start) {
@@ -60,9 +107,7 @@ std::vector<TracePanel> panels_of(const Hdf5Reader& file, const mechanics::Mecha
     own.insert(own.begin(), first.begin(), first.end());
     return own;
   };
-  std::vector<std::string> turns;
-  if (file.datasets().count("turns")) turns = lines_of(file.texts("turns")["columns"]);
-  MotionRecords records{series("time"), turns, series};
+  MotionRecords records{series("time"), turning(file), series};
   for (const auto& [name, d] : file.datasets())
     if (name.starts_with("output/"))
       records.outputs.emplace_back(name.substr(7), file.texts(name)["unit"]);
@@ -83,10 +128,10 @@ Moved moved_in(const fs::path& part) {
   require_finished(folder);
   const bool one = fs::exists(folder / "run.h5");
   const Hdf5Reader first(one ? folder / "run.h5" : folder / "phase_1" / "run.h5");
-  if (!first.datasets().count("provenance/scene")) return {};  // of a system of the user's own
   const auto text = [&](const char* name) {
     return first.datasets().count(name) ? first.text(name) : std::string();
   };
+  if (text("provenance/scene").empty()) return {};  // of a system of the user's own
   const Scene scene = read_scene_again(
       (folder / "scene.toml").string(),
       {text("provenance/scene"), text("provenance/model"), input_files(text("provenance/files"))});
@@ -121,7 +166,7 @@ std::vector<fs::path> parts_of(const fs::path& folder) {
 namespace {
 
 /// The panels of a phase in `whole`, whose lines have `before` numbers of earlier phases and then
-/// `count` of this one. The first number of a line is that of the start.
+/// `count` of this one. The last numbers of a line count.
 void append_phase(Motion& whole, const std::vector<TracePanel>& panels, size_t before,
                   size_t count) {
   for (const TracePanel& p : panels) {
@@ -131,11 +176,28 @@ void append_phase(Motion& whole, const std::vector<TracePanel>& panels, size_t b
       auto line = std::ranges::find(to->lines, l.name, &TraceLine::name);
       if (line == to->lines.end()) line = to->lines.insert(line, {l.name});
       line->value.resize(before, std::nan(""));
-      line->value.insert(line->value.end(), l.value.begin() + 1, l.value.end());
+      line->value.insert(line->value.end(), l.value.end() - long(count), l.value.end());
     }
   }
   for (TracePanel& p : whole.panels)
     for (TraceLine& l : p.lines) l.value.resize(before + count, std::nan(""));
+}
+
+/// panels(k, file, most): those of phase k.
+template <class Panels>
+Motion over_phases(const std::vector<fs::path>& parts, std::int64_t most, const Panels& panels) {
+  Motion whole;
+  for (size_t k = 0; k < parts.size(); ++k) {
+    const Hdf5Reader file(parts[k] / "run.h5");
+    const auto t = column(file, "time");
+    const auto each = std::max<std::int64_t>(most / std::int64_t(parts.size()), 2);
+    const size_t before = whole.t.size();
+    for (const auto i : evenly(std::int64_t(t.size()), each)) whole.t.push_back(t[size_t(i)]);
+    append_phase(whole, panels(k, file, each), before, whole.t.size() - before);
+  }
+  for (TracePanel& p : whole.panels)
+    for (TraceLine& l : p.lines) l.t = whole.t;
+  return whole;
 }
 
 }  // namespace
@@ -147,23 +209,25 @@ Motion motion_in(const fs::path& folder, std::int64_t most,
   const Moved moved = mechanism ? Moved{{parts.size(), mechanism}} : moved_in(folder);
   if (moved.mechanisms.size() < parts.size())
     throw InvalidArgument(fmt::format(
-        "{} has no mechanism whose motion could be shown, expected the run of a scene with a "
-        "[model]",
+        "{} has no mechanism whose motion could be shown, expected a scene or a MechanicalModel; "
+        "what = \"states\" shows its states",
         folder.string()));
-  Motion whole;
   const Hdf5Reader start(parts[0] / "run.h5");
-  for (size_t k = 0; k < parts.size(); ++k) {
-    const Hdf5Reader file(parts[k] / "run.h5");
-    const auto t = column(file, "time");
-    const auto each = std::max<std::int64_t>(most / std::int64_t(parts.size()), 2);
-    const auto panels = panels_of(file, *moved.mechanisms[k], moved.springs, each, &start);
-    const size_t before = whole.t.size();
-    for (const auto i : evenly(std::int64_t(t.size()), each)) whole.t.push_back(t[size_t(i)]);
-    append_phase(whole, panels, before, whole.t.size() - before);
-  }
-  for (TracePanel& p : whole.panels)
-    for (TraceLine& l : p.lines) l.t = whole.t;
-  return whole;
+  return over_phases(parts, most, [&](size_t k, const Hdf5Reader& file, std::int64_t each) {
+    return panels_of(file, *moved.mechanisms[k], moved.springs, each, &start);
+  });
+}
+
+bool has_scene(const fs::path& folder) {
+  const Hdf5Reader first(parts_of(folder)[0] / "run.h5");
+  return first.datasets().count("provenance/scene") > 0 && !first.text("provenance/scene").empty();
+}
+
+Motion states_in(const fs::path& folder, std::int64_t most) {
+  require_finished(folder);
+  return over_phases(parts_of(folder), most, [](size_t, const Hdf5Reader& file, std::int64_t each) {
+    return states_of(file, each);
+  });
 }
 
 }  // namespace porthos::scene

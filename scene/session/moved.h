@@ -32,6 +32,16 @@ struct Motion {
 Motion motion_in(const std::filesystem::path& folder, std::int64_t most,
                  std::shared_ptr<const mechanics::Mechanism> mechanism = nullptr);
 
+/// Whether the results are of a scene, not of a system made in code.
+/// @throws InvalidArgument if there is no run.h5
+bool has_scene(const std::filesystem::path& folder);
+
+/// The states of a run of any system, over all phases: panels "states [rad]", "momenta [N m s]", one
+/// for each unit, with a line for each number of the series "state/..." and "momentum/...". Angles
+/// have their turns.
+/// @throws InvalidArgument as replot()
+Motion states_in(const std::filesystem::path& folder, std::int64_t most);
+
 /// The panels of the motion in a run.h5, at most so many records. start: that of the first phase,
 /// from which rotations and paths count; then its first record is the first of every line.
 std::vector<TracePanel> panels_of(const Hdf5Reader& file, const mechanics::Mechanism& mechanism,

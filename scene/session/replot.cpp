@@ -148,11 +148,13 @@ TracePanel told(TracePanel p, const std::vector<TracePanel>& all) {
   return p;
 }
 
-/// What a name means of the motion: panels, or a line alone. @throws InvalidArgument if nothing
-std::vector<TracePanel> named(const Motion& motion, const std::string& what) {
-  if (what == "motion") return motion.panels;
-  std::string list = "motion, energies, works, residual";
-  std::vector<std::string> known{"motion", "energies", "works", "residual"};
+/// What a name means of the motion, or of the states: panels, or a line alone. whole: the name of
+/// all. @throws InvalidArgument if nothing
+std::vector<TracePanel> named(const Motion& motion, const std::string& what,
+                              const std::string& whole) {
+  if (what == whole) return motion.panels;
+  std::string list = whole + ", energies, works, residual";
+  std::vector<std::string> known{whole, "energies", "works", "residual"};
   std::vector<TracePanel> found;
   std::string full;  // names of what was found
   for (const TracePanel& p : motion.panels) {
@@ -170,8 +172,9 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what) {
     const bool twice = std::ranges::count_if(motion.panels, [&](const TracePanel& other) {
                          return without_unit(other.what) == name;
                        }) > 1;
+    if (twice || std::ranges::find(known, name) == known.end())
+      add_to_list(list, twice ? p.what : name);
     known.push_back(name);
-    add_to_list(list, twice ? p.what : name);
     for (const TraceLine& l : p.lines) {
       if (name + "." + l.name == what) return {{what + unit, {l}}};
       known.push_back(l.name);
@@ -226,9 +229,14 @@ std::vector<std::string> replot(const fs::path& folder) {
 
 std::vector<std::string> figures(const fs::path& folder, const std::string& what) {
   const std::string title = without_unit(what);
-  if (title != "energies" && title != "works" && title != "residual")
-    return {figure(split(named(motion_in(folder, most_of_motion), what)))};
   require_finished(folder);
+  if (title != "energies" && title != "works" && title != "residual") {
+    const bool states =
+        title == "states" || title == "momenta" || (what != "motion" && !has_scene(folder));
+    const Motion motion =
+        states ? states_in(folder, most_of_motion) : motion_in(folder, most_of_motion);
+    return {figure(split(named(motion, what, states ? "states" : "motion")))};
+  }
   std::vector<std::string> all;
   for (const fs::path& part : parts_of(folder))
     all.push_back(

@@ -15,7 +15,8 @@ std::vector<std::string> replot(const std::filesystem::path& folder);
 
 /// A panel of a finished run as figure() draws it: "energies", "works", "residual", a panel of the
 /// motion by its name with or without the unit ("rates of joints"), "motion" (all of them), or a
-/// line of it by its name. One document for each phase, but of the motion one for all.
+/// line of it by its name; "states", of a system made in code a panel or a line of states_in() too.
+/// One document for each phase, but of the motion and the states one for all.
 /// @throws InvalidArgument as motion_in(), and for a name that is none, with the list of those
 /// there are and the nearest
 std::vector<std::string> figures(const std::filesystem::path& folder, const std::string& what);

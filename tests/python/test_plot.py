@@ -79,6 +79,31 @@ def test_the_springs_of_actuators(source, tmp_path):
     assert axes.get_ylabel() == "N m/rad" and [t.get_text() for t in axes.get_legend().get_texts()] == ["first", "second"]
 
 
+def test_the_states_of_a_network(pendulum, tmp_path):
+    """A network has no mechanism: said in one sentence wherever its motion is asked for; its states are shown. Control: those of a mechanism."""
+    model = pendulum if isinstance(pendulum, ph.MechanicalModel) else ph.MechanicalModel(pendulum)
+    names = [c.name for c in model.mechanism.coordinates]
+    start = model.state(0.3 * np.ones(len(names)), 9 * np.ones(len(names)))
+    net = ph.Network("net").add("arm", model).build()
+    here = ph.simulate(net, start, step=0.01, duration=2)
+    there = ph.simulate(net, start, step=0.01, duration=2, out=tmp_path / "net", progress=False)
+    for run in (here, there, ph.open(tmp_path / "net")):
+        for ask in (run.motion, lambda: ph.plot(run, what="motion")):
+            refused(ask, "has no mechanism whose motion could be shown, expected a scene or a MechanicalModel; what = \"states\"")
+        refused(lambda: ph.plot(run, what="joints"), "expected states, energies", "(the run has no mechanism)")
+        assert [a.get_title(loc="left") for a in ph.plot(run, what="states").axes] == ["states", "momenta"]
+        line = ph.plot(run, what=names[0]).axes[0].get_lines()
+        assert [k.get_label() for k in line] == [names[0]]
+        for key in list(run.states())[:-1]:
+            assert len(ph.plot(run, what=key).axes) == 1
+    mine, known = here.states()["states [rad]"], ph.simulate(model, start, step=0.01, duration=2).motion()
+    panel = "joints [rad]" if "joints [rad]" in known else "turning joints [rad]"
+    off = max(np.abs(mine[n] - known[panel][n]).max() for n in known[panel])
+    assert off < 1e-13 and max(np.abs(y).max() for y in mine.values()) > 3.2, off  # more than half a turn
+    for n in mine:
+        assert np.array_equal(mine[n], there.states()["states [rad]"][n])
+
+
 def test_the_motion_of_a_run_in_memory(pendulum):
     model = ph.MechanicalModel(pendulum)
     r = ph.simulate(model, model.state([0.3, -0.2], [0.5, 0]), step=0.01, duration=2)

@@ -9,6 +9,7 @@
 
 #include "scene/files/hdf5_reader.h"
 #include "tests/run/scenes.h"
+#include "tests/support/bounds.h"
 
 namespace porthos::test::replot_test {
 namespace {
@@ -153,6 +154,50 @@ TEST(Replot, ANameOfTwoPanelsIsRefusedWithTheirUnits) {
   EXPECT_EQ(refused("joints"), "") << "one panel needs no unit";
   EXPECT_NE(scene::figures(folder / "out", "outputs [N m]")[0].find(">elbow_torque<"),
             std::string::npos);
+}
+
+/// A run of a system made in code has no scene: its states are shown, its motion is refused as what
+/// it is. Control: the same run with its scene shows the same angles as its motion.
+TEST(Replot, ASystemMadeInCodeShowsItsStates) {
+  const TemporaryFolder folder;
+  scene::Scene turning = pendulum(folder).scene;
+  turning.joints["shoulder"] = {1.2, 14};
+  turning.duration = 2;
+  Case c = make_case(folder, turning, turning.urdf_text);
+  scene::run(c.scene, c.assembly, into(folder / "scene"));
+  c.scene.text.clear();
+  scene::run(c.scene, c.assembly, into(folder / "code"));
+  const auto refused = [&](const std::string& what) {
+    return refusal([&] { scene::figures(folder / "code", what); });
+  };
+  const std::string why = refused("motion");
+  EXPECT_TRUE(says(why,
+                   "code has no mechanism whose motion could be shown, expected a scene or a "
+                   "MechanicalModel; what = \"states\" shows its states"))
+      << why;
+  EXPECT_TRUE(says(refused("joints"), "expected states, energies, works, residual, momenta or"));
+  const auto all = scene::figures(folder / "code", "states").at(0);
+  EXPECT_TRUE(says(all, ">states [rad]<"));
+  EXPECT_TRUE(says(all, ">momenta ["));
+  EXPECT_TRUE(says(scene::figures(folder / "code", "elbow").at(0), ">elbow [rad]<"));
+  EXPECT_TRUE(says(scene::figures(folder / "scene", "states").at(0), ">states [rad]<"));
+
+  const auto line = [](const scene::Motion& m, const std::string& what) {
+    const auto p = std::ranges::find(m.panels, what, &scene::TracePanel::what);
+    return std::ranges::find(p->lines, "shoulder", &scene::TraceLine::name)->value;
+  };
+  const auto angle = line(scene::states_in(folder / "code", 50), "states [rad]");
+  const auto motion = scene::motion_in(folder / "scene", 50, c.assembly.mechanism);
+  const bool often = motion.panels[0].what != "joints [rad]";
+  const auto known = line(motion, often ? "turning joints [rad]" : "joints [rad]");
+  ASSERT_EQ(angle.size(), known.size());
+  double off = 0, most = 0;
+  for (size_t i = 0; i < angle.size(); ++i) {
+    off = std::max(off, std::fabs(angle[i] - known[i]));
+    most = std::max(most, std::fabs(angle[i]));
+  }
+  keeps("states against the motion [rad]", off, 1e-14);
+  breaks("control: more than half a turn", most, 3.2);
 }
 
 TEST(Replot, FoldersWithoutAFinishedRunAreRefused) {
