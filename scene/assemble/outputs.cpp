@@ -269,9 +269,10 @@ void Outputs::frame(const Item& item, std::span<double> to) const {
 void Outputs::motion(const Item& item, std::span<double> to) const {
   const auto a = pose_of(item.of), b = pose_of(item.seen_from);
   const auto A = twist_at(item.of), B = twist_at(item.seen_from);
+  const auto& axes = item.output->own_axes ? a.R : b.R;
   if (item.output->quantity == OutputQuantity::angular_velocity)
-    return put(b.R.tmul(A.w - B.w), to);
-  put(b.R.tmul(A.v - B.v - cross(B.w, a.r - b.r)), to);
+    return put(axes.tmul(A.w - B.w), to);
+  put(axes.tmul(A.v - B.v - cross(B.w, a.r - b.r)), to);
 }
 
 /// Of one node or all; the angular one about their centre of mass.

@@ -41,6 +41,11 @@ keys::Keys point_keys(const char* axes) {
                  numbers("relative_at", 3, "m", "[0, 0, 0]", "a point of relative_to")});
 }
 
+SchemaKey axes_key() {
+  return keys::word("axes", {"relative_to", "link"}, "\"relative_to\"",
+                    "in which it is stated; \"link\": its own, as a gyro has them");
+}
+
 /// What soft contacts do.
 std::vector<QuantityInfo> quantities_of_contacts() {
   return {{OutputQuantity::contact_force, "contact_force", 3, "N",
@@ -86,9 +91,9 @@ std::vector<QuantityInfo> quantities_of_motion() {
       {OutputQuantity::angle, "angle", 1, "rad", "By how much two frames are turned, 0 to π.",
        frame_keys("a link")},
       {OutputQuantity::velocity, "velocity", 3, "m/s", "Of a point, as seen from relative_to.",
-       point_keys(axes)},
+       joined(point_keys("a link"), {axes_key()})},
       {OutputQuantity::angular_velocity, "angular_velocity", 3, "rad/s", "Against relative_to.",
-       frame_keys(axes)},
+       joined(frame_keys("a link"), {axes_key()})},
       {OutputQuantity::distance, "distance", 1, "m", "Of two points, or of spheres round them.",
        joined(point_keys("a link"), {number("radius", "m", "0", "of a sphere round the point"),
                                      number("relative_radius", "m", "0", "likewise")})},
@@ -199,6 +204,14 @@ Output read_output(const Table& t, const QuantityInfo& k, const std::vector<std:
   };
   const bool of_frame = has_key("relative_to");
   if (of_frame) t.require("link", "the name of a link");
+  if (has_key("axes")) {
+    o.own_axes = t.choice("axes") == "link";
+    if (t.has("relative_to") && o.seen_from.link == o.of.link)
+      t.fail("relative_to",
+             fmt::format("is '{}', the link itself, against which it does not move, expected "
+                         "another; rates about its own axes are axes = \"link\"",
+                         o.of.link));
+  }
   for (const char* key : {"joint", "row", "actuator", "controller", "contact"})
     if (has_key(key) && o.of_what.empty()) o.of_what = t.text(key, "a name");
   if (has_key("task")) o.number = "error " + t.text("task", "a name");

@@ -50,6 +50,7 @@ struct Output {
     planned_force,
     formula
   } quantity;
+  bool own_axes = false;  ///< a velocity: along the axes of the link, not those of seen_from
   std::string name;
   LinkPoint of, seen_from;  ///< of quantities of links
   /// The joint, actuator, contact, row of the ledger, link (empty: all bodies).
