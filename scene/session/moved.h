@@ -36,9 +36,9 @@ Motion motion_in(const std::filesystem::path& folder, std::int64_t most,
 /// @throws InvalidArgument if there is no run.h5
 bool has_scene(const std::filesystem::path& folder);
 
-/// The states of a run of any system, over all phases: panels "states [rad]", "momenta [N m s]", one
-/// for each unit, with a line for each number of the series "state/..." and "momentum/...". Angles
-/// have their turns.
+/// The states of a run of any system, over all phases: panels "states [rad]", "momenta [N m s]",
+/// one for each unit, with a line for each number of the series "state/..." and "momentum/...".
+/// Angles have their turns.
 /// @throws InvalidArgument as replot()
 Motion states_in(const std::filesystem::path& folder, std::int64_t most);
 
