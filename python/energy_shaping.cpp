@@ -202,8 +202,8 @@ M_jj the mass the joint feels there while the others stand still. A PotentialSha
 }
 
 /// One number for each actuated input, or one for all.
-using Limits = std::variant<double, std::vector<double>>;
-std::vector<double> limits_of(const es::ClosedLoop& loop, const Limits& limits) {
+using InputLimits = std::variant<double, std::vector<double>>;
+std::vector<double> input_limits_of(const es::ClosedLoop& loop, const InputLimits& limits) {
   if (const double* one = std::get_if<double>(&limits))
     return std::vector<double>(loop.actuated().size(), *one);
   return std::get<1>(limits);
@@ -213,9 +213,9 @@ void bind_runs(py::module_& m) {
   m.def(
       "simulate",
       [](const es::ClosedLoop& loop, const std::vector<double>& x0, double duration, double step,
-         const std::string& method, double period, const Limits& limits,
+         const std::string& method, double period, const InputLimits& limits,
          std::shared_ptr<const phs::Model> plant, double record) {
-        es::RunOptions o{duration,    step,  method, period, limits_of(loop, limits),
+        es::RunOptions o{duration,    step,  method, period, input_limits_of(loop, limits),
                          plant.get(), record};
         es::Run r;
         {
@@ -225,8 +225,9 @@ void bind_runs(py::module_& m) {
         return run_of(r);
       },
       arg("loop"), arg("x0"), py::kw_only(), arg("duration") = 10.0, arg("step") = 0.01,
-      arg("method") = "gauss8", arg("period") = 0.0, arg("limits") = Limits(std::vector<double>{}),
-      arg("plant") = py::none(), arg("record") = 0.0,
+      arg("method") = "gauss8", arg("period") = 0.0,
+      arg("limits") = InputLimits(std::vector<double>{}), arg("plant") = py::none(),
+      arg("record") = 0.0,
       R"(A simulated run of the plant under the law: a dict of arrays t, H (H_d), x, u (actuated inputs), and peak (largest |u|),
 rise (largest rise of H_d over a step [J]), dissipated, injected (what sampling, limits and another plant put in [J]),
 finished, outcome. period of the controller [s], a multiple of step; 0: continuous. limits: largest |u| of each actuated input
@@ -236,7 +237,7 @@ finished, outcome. period of the controller [s], a multiple of step; 0: continuo
       [](const es::ClosedLoop& loop, const std::vector<double>& lower,
          const std::vector<double>& upper, double rate, int samples,
          std::vector<std::vector<double>> starts, std::vector<double> periods, double duration,
-         double step, double settled, const Limits& limits) {
+         double step, double settled, const InputLimits& limits) {
         es::CertifyOptions o;
         o.region = region_of(lower, upper, rate, samples);
         o.starts = std::move(starts);
@@ -244,14 +245,14 @@ finished, outcome. period of the controller [s], a multiple of step; 0: continuo
         o.settled = settled;
         o.run.duration = duration;
         o.run.step = step;
-        o.run.limits = limits_of(loop, limits);
+        o.run.limits = input_limits_of(loop, limits);
         const py::gil_scoped_release released;
         return es::certify(loop, o);
       },
       arg("loop"), py::kw_only(), arg("lower"), arg("upper"), arg("rate") = 1.0,
       arg("samples") = 2000, arg("starts") = std::vector<std::vector<double>>{},
       arg("periods") = std::vector<double>{0.0}, arg("duration") = 10.0, arg("step") = 0.01,
-      arg("settled") = 1e-2, arg("limits") = Limits(std::vector<double>{}),
+      arg("settled") = 1e-2, arg("limits") = InputLimits(std::vector<double>{}),
       R"(The certificate of the constructor, and: H_d' against the formula, linearised eigenvalues, critical points and basin (up to 3
 coordinates), H_d of each start against it, inputs on the basin, runs of the plant as sampled. lower, upper: the box of
 coordinates looked at, (nq,); rate: |q'_i| up to this. starts: states (nx,) that the runs start from; periods of the controller
