@@ -18,20 +18,30 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& a,
       *a.spacecraft, h, split_options(*a.spacecraft, a.splitting, method, options));
 }
 
-std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
-                                                         const phs::Model& model, double h) {
-  check_switching(scene, h);
-  check_moves(scene, model.description(), h);
+namespace {
+
+/// Where the sampled controller is stated that a refusal begins with; else the table [orbit].
+std::string place_of(const Scene& scene, const std::string& refusal) {
+  const auto is_of = [&](const std::string& name) {
+    const std::string controller = "the controller '" + name;
+    return refusal.starts_with(controller + "'") || refusal.starts_with(controller + ".");
+  };
+  for (const Controller& c : scene.controllers)
+    if (is_of(c.name)) return c.where;
+  for (const Element& e : scene.elements)
+    if (is_of(e.name)) return e.where;
+  return scene.orbit ? scene.orbit->where : "";
+}
+
+std::unique_ptr<integrators::Integrator> integrator_of(const Scene& scene, const phs::Model& model,
+                                                       double h) {
   const integrators::Options options{.rtol = scene.rtol,
                                      .iteration_tolerance = scene.iteration_tolerance,
                                      .instants = instants_of(scene, model.description())};
   if (scene.orbit)
-    if (const auto* craft = dynamic_cast<const space::Spacecraft*>(&model)) try {
-        return std::make_unique<space::SplitIntegrator>(
-            *craft, h, split_options(*craft, scene.orbit->splitting, scene.method, options));
-      } catch (const InvalidArgument& e) {
-        throw InvalidArgument(in_file(scene.orbit->where) + e.what());
-      }
+    if (const auto* craft = dynamic_cast<const space::Spacecraft*>(&model))
+      return std::make_unique<space::SplitIntegrator>(
+          *craft, h, split_options(*craft, scene.orbit->splitting, scene.method, options));
   return with_touches(model, scene.method, h, options, [&](const phs::Model& of_run) {
     auto method = integrators::make_controlled(
         scene.step_control, scene.method, of_run, h,
@@ -49,6 +59,21 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
       }
     return method;
   });
+}
+
+}  // namespace
+
+std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
+                                                         const phs::Model& model, double h) {
+  check_switching(scene, h);
+  check_moves(scene, model.description(), h);
+  try {
+    return integrator_of(scene, model, h);
+  } catch (const InvalidArgument& e) {
+    const std::string place = place_of(scene, e.what());
+    if (place.empty()) throw;
+    throw InvalidArgument(in_file(place) + e.what());
+  }
 }
 
 }  // namespace porthos::scene

@@ -146,6 +146,7 @@ void without_limits(Event& e) { e.latch.reach = e.latch.speed = e.latch.rate = H
 std::vector<std::shared_ptr<const phs::Model>> rehearse(const Scene& scene,
                                                         const Assembly& assembly) {
   check(scene);
+  (void)make_integrator(scene, *assembly.model, scene.step);  // what no event changes
   OrbitApart orbit(assembly);
   MotorStates motors(scene);
   mechanics::MovingMechanism moving = moving_at_start(assembly, motors, orbit);

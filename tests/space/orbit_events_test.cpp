@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "scene/run/checkpoint.h"
+#include "scene/run/phase_sequence.h"
 #include "space/split_integrator.h"
 #include "tests/places.h"
 #include "tests/run/killed.h"
@@ -149,6 +151,31 @@ TEST(OrbitEvents, WhatCannotBeIsRefusedWithItsLine) {
     });
     EXPECT_TRUE(says(refused, c.says)) << c.from << " -> " << c.to;
   }
+}
+
+/// At the controller, not at [orbit] and not at the first event.
+TEST(OrbitEvents, ARateThatMissesTheStepsIsRefusedWhereItIsStated) {
+  const std::string
+      element = "[[element]]                       # the arm holds its place, softly\n",
+      law =
+          "[[controller]]\ntype = \"wheel_attitude\"\nname = \"aocs\"\nlink = "
+          "\"bus\"\nwheels = [\"wheel_x\", \"wheel_y\", \"wheel_z\"]\nstiffness = [4, "
+          "4, 4]\ndamping = [90, 90, 90]\n";
+  const auto why = [&](const std::string& tables) {
+    test::TemporaryFolder folder;
+    return test::refusal([&] {
+      const auto s = orbit_scene(folder, {{element, tables}});
+      (void)rehearse(s, assemble(s));
+    });
+  };
+  const auto said = why(law + "rate = 7.0\n" + element);
+  EXPECT_TRUE(says(said, "scene.toml:59:1: the controller 'aocs."));
+  EXPECT_TRUE(says(said, " is sampled every 0.142857143 s"));
+  EXPECT_FALSE(says(said, "after the")) << said;
+  keeps("places in the message", double(std::ranges::count(said, ':')), 3);
+  EXPECT_TRUE(says(why(element + "rate = 7.0\n"),
+                   "scene.toml:59:1: the controller 'shoulder.controller' is sampled every"));
+  EXPECT_EQ(why(law + "rate = 10.0\n" + element), "") << "control";
 }
 
 TEST(OrbitEvents, TheMonitorWatchesTheInternalLedger) {
