@@ -9,7 +9,7 @@ from typing import Any, Callable, Sequence
 
 import numpy as np
 
-from ._core import Environment, InvalidArgument, LivePicture, Model, momenta_from_rates, rates_from_momenta, starts_of_cases
+from ._core import Environment, InvalidArgument, LivePicture, Mechanism, Model, momenta_from_rates, rates_from_momenta, starts_of_cases
 from .env_options import check_look, check_options, limits, read_only
 from .results import PathLike
 
@@ -207,6 +207,11 @@ class VectorEnv(_VectorBase):
         return self._batch
 
     @property
+    def mechanism(self) -> Mechanism | None:
+        """The one whose coordinates are the first nq numbers of an observation, for body_pose(mechanism, q, body); None: the model names none."""
+        return self._mechanism
+
+    @property
     def energies(self) -> np.ndarray:
         """H of each environment [J] at what reward sees: in the step that ends an episode, at its end."""
         return self._batch.final_energies.copy()
@@ -322,6 +327,11 @@ class Env(_EnvBase):
     def batch(self) -> Environment:
         """The environment below: state, energy, length of the episode."""
         return self._vector.batch
+
+    @property
+    def mechanism(self) -> Mechanism | None:
+        """As VectorEnv.mechanism."""
+        return self._vector.mechanism
 
     @property
     def energy(self) -> float:

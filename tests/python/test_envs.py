@@ -37,6 +37,21 @@ def test_observations_are_coordinates_and_rates_by_name(pendulum):
     assert np.abs((after[:, :2] - before[:, :2]) / 0.02 - 0.5 * (before + after)[:, 2:]).max() < 2e-3
 
 
+def test_a_reward_may_ask_where_a_body_is(pendulum, source):
+    reach = lambda obs, u: -np.linalg.norm(hand(e, obs), axis=-1)
+    hand = lambda env, obs: ph.body_pose(env.mechanism, obs[..., : env.mechanism.nq].astype(float), env.mechanism.bodies[-1])[1]
+    e = many(pendulum, reward=reach)
+    s = one(pendulum, reward=lambda obs, u: -float(np.linalg.norm(hand(s, obs))))
+    e.reset(seed=1), s.reset(seed=1)
+    obs, rewards, *_ = e.step(np.ones((3, 1)))
+    assert np.array_equal(rewards, reach(obs, None)) and np.abs(rewards).min() > 0.1 and s.step(np.ones(1))[1] == rewards[0]
+    assert e.mechanism is s.mechanism is pendulum
+    scene = ph.Env.from_scene(source / "examples/ets_vii/scene.toml", reward=reward_of_nothing, limit=1.0)
+    assert scene.mechanism.nq == sum(not n.startswith("rate of") for n in scene.names)
+    with pytest.raises(AttributeError):
+        s.mechanism = pendulum
+
+
 def test_float32_and_float64_actions_are_the_same(pendulum):
     a, b = many(pendulum), many(pendulum)
     for e in (a, b):
