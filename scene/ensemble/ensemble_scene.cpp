@@ -183,8 +183,8 @@ class EnsembleReader {
   /// Refuses a quantity that has no place in the scene, with the message of the reader that refuses
   /// it.
   void try_out(const Quantity& q) const {
-    static const Names first = {"initial",    "environment", "model",  "element", "actuator",
-                                "controller", "body",        "planet", "orbit"};
+    static const Names first = {"initial",    "environment", "model", "element", "actuator",
+                                "controller", "body",        "robot", "planet",  "orbit"};
     const std::string table = q.key.substr(0, q.key.find_first_of(".["));
     if (std::find(first.begin(), first.end(), table) == first.end())
       refuse(q.where, fmt::format("\"{}\" cannot differ from case to case, expected a key of {}",

@@ -64,4 +64,13 @@ std::vector<Robot> read_robots(const Table& scene, const std::string& beside, bo
   return list;
 }
 
+void require_free(const std::vector<Robot>& robots, const std::string& key) {
+  for (size_t k = 0; k < robots.size(); ++k)
+    if (!robots[k].free && key.starts_with(fmt::format("robot[{}].", k)))
+      throw InvalidArgument(
+          fmt::format("robot '{}' is fixed to the world, a part of the model that stays as it is: "
+                      "expected a robot with base = \"free\", or another scene",
+                      robots[k].name));
+}
+
 }  // namespace porthos::scene

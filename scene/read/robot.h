@@ -19,4 +19,8 @@ struct Robot {
 std::vector<Robot> read_robots(const Table& scene, const std::string& beside, bool merged,
                                std::string& urdf);
 
+/// Refuses a key of a fixed robot for another number: its place is in the text of the model.
+/// @throws InvalidArgument
+void require_free(const std::vector<Robot>& robots, const std::string& key);
+
 }  // namespace porthos::scene

@@ -334,6 +334,7 @@ class Reader {
 Scene read_scene(const std::string& path) { return Reader(path).read(); }
 
 Scene read_variation(const Scene& scene, std::span<const Replacement> replacements) {
+  for (const Replacement& r : replacements) require_free(scene.robots, r.key);
   const SceneTexts kept{scene.text, scene.urdf_text, scene.files};
   const StartFrom* from = scene.start_from ? &*scene.start_from : nullptr;
   Scene varied = Reader(scene.path, &kept, from).read(replacements);

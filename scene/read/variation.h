@@ -22,7 +22,8 @@ bool is_of_start(const std::string& key);
 
 /// The scene with the numbers of `replacements` instead of its own, read again from its stored
 /// texts. Missing tables and keys are added.
-/// @throws InvalidArgument as read_scene; for a key that has no place in the scene
+/// @throws InvalidArgument as read_scene; for a key that has no place in the scene, and of a robot
+/// that is fixed, whose place is in the text of the model
 Scene read_variation(const Scene& scene, std::span<const Replacement> replacements);
 
 }  // namespace porthos::scene

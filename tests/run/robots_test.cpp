@@ -244,4 +244,53 @@ TEST(Robots, WhatCannotBeIsRefusedWithItsPlace) {
                    "expected its start in its [[robot]]"));
 }
 
+TEST(Robots, StartsOfATargetDifferFromCaseToCase) {
+  TemporaryFolder folder;
+  const auto vary = [](const std::string& key) {
+    return "[ensemble]\ncases = 3\n[ensemble.vary]\n\"" + key + "\" = { uniform = [0.1, 0.9] }\n";
+  };
+  for (const char* key : {"robot[0].angular_velocity[0]", "robot[0].position[1]",
+                          "robot[0].linear_velocity[2]", "initial.joints.target.hinge.velocity"}) {
+    const auto s = scene_of(folder, moving_arm + swinging + target + vary(key));
+    const scene::Ensemble e(s);
+    scene::EnsembleOptions o;
+    o.out = (folder / key).string();
+    o.threads = 1;
+    EXPECT_EQ(scene::run_ensemble(e, o).passed, 3) << key;
+    double apart = 0, changed = 0;
+    for (std::int64_t i = 0; i < 3; ++i) {
+      const auto values = e.sampler().values(i);
+      const auto of_case = run(scene::read_variation(s, e.sampler().replacements(values)));
+      // The same from a file that states the number.
+      const std::string name = key;
+      const auto with = [&](const std::string& from, const std::string& to) {
+        std::string text = moving_arm + swinging + target;
+        text.replace(text.find(from), from.size(), to);
+        return text;
+      };
+      const double x = values[0];
+      const auto text =
+          name.find("angular") != name.npos
+              ? with("velocity = [0.2, 0.1, -0.1]", fmt::format("velocity = [{}, 0.1, -0.1]", x))
+          : name.find("position") != name.npos
+              ? with("position = [3, 0.5, 0]", fmt::format("position = [3, {}, 0]", x))
+          : name.find("linear") != name.npos
+              ? with("velocity = [-0.3, 0, 0]", fmt::format("velocity = [-0.3, 0, {}]", x))
+              : with("velocity = 1.5", fmt::format("velocity = {}", x));
+      const auto alone = run(scene_of(folder, text));
+      apart = std::max(apart, far_apart(of_case.end.x, alone.end.x));
+      changed = std::max(changed, far_apart(of_case.end.x, run(s).end.x));
+    }
+    keeps(std::string(key) + ", off a scene that states it", apart, 1e-14);
+    breaks("it moves the target otherwise", changed, 1e-3);
+  }
+  const std::string fixed = "[[robot]]\nname = \"r\"\nurdf = \"target.urdf\"\nbase = \"fixed\"\n";
+  const std::string why = test::refusal(
+      [&] { const scene::Ensemble e(scene_of(folder, fixed + vary("robot[0].position[1]"))); });
+  EXPECT_TRUE(says(why, "scene.toml:")) << "with file and line";
+  EXPECT_TRUE(says(why,
+                   "robot 'r' is fixed to the world, a part of the model that stays as it is: "
+                   "expected a robot with base = \"free\", or another scene"));
+}
+
 }  // namespace porthos::test::robots_test
