@@ -63,6 +63,24 @@ class SmallCommands : public testing::Test {
   fs::path folder_;
 };
 
+TEST_F(SmallCommands, AnEnsembleNamesTheChecksThatFail) {
+  const auto run = [&](const char* limit) {
+    std::ofstream(folder_ / "scene.toml")
+        << "[model]\nurdf = \"" PORTHOS_SOURCE_DIR
+           "/examples/double_pendulum/double_pendulum.urdf\"\nbase = \"fixed\"\n[initial]\n"
+           "joints.elbow.velocity = 1\n[integrator]\nmethod = \"gauss8\"\nstep = 0.01\n[run]\n"
+           "duration = 1\n[verify]\nenergy = "
+        << limit << "\nbalance = " << limit
+        << "\n[ensemble]\ncases = 3\n[ensemble.vary]\n\"initial.joints.elbow.position\" = { "
+           "uniform = [-1, 1] }\n";
+    return porthos("ensemble scene.toml --no-report --out " + std::string(limit));
+  };
+  const Answer failed = run("1e-30"), passed = run("1e-9");
+  EXPECT_NE(failed.out.find("\nfailed: energy 3, balance 3\n"), std::string::npos) << failed.out;
+  EXPECT_EQ(passed.out.find("failed:"), std::string::npos) << passed.out << passed.err;
+  EXPECT_EQ(passed.code, 0);
+}
+
 TEST_F(SmallCommands, NewScenesOfEveryExampleRunAsTheyAre) {
   int count = 0;
   for (const char* base : {"fixed", "free"})
