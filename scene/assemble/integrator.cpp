@@ -21,7 +21,7 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& a,
 namespace {
 
 /// Where the sampled controller is stated that a refusal begins with; else the table [orbit].
-std::string place_of(const Scene& scene, const std::string& refusal) {
+std::string stated_at(const Scene& scene, const std::string& refusal) {
   const auto is_of = [&](const std::string& name) {
     const std::string controller = "the controller '" + name;
     return refusal.starts_with(controller + "'") || refusal.starts_with(controller + ".");
@@ -70,7 +70,7 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
   try {
     return integrator_of(scene, model, h);
   } catch (const InvalidArgument& e) {
-    const std::string place = place_of(scene, e.what());
+    const std::string place = stated_at(scene, e.what());
     if (place.empty()) throw;
     throw InvalidArgument(in_file(place) + e.what());
   }
