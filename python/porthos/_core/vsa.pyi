@@ -213,11 +213,12 @@ def make_elastic(family: str, limits: Limits = ..., **kwargs) -> Elastic:
     """A member of a family; parameters by name, see families()."""
     ...
 
-def table(csv_file: str, smoothing: float = 0.0, limits: Limits = ...) -> Elastic:
+def table(csv_file: str, smoothing: float = 0.0, limits: Limits = ..., relative_smoothing: float = 0.0) -> Elastic:
     """A measured spring, from a CSV file as the key table of an [[actuator]]: docs/tutorials/actuator.md.
 
     csv_file: columns deflection [rad], torque [N m] and, where measured, sigma, stiffness [N m/rad] and sigma_effort.
     smoothing: standard deviation of the errors of the torques [N m]; more than 0: places need be no grid and may be repeated.
+    relative_smoothing: the same as a share of each torque, as 0.03. Warns of torques that scatter more than stated, or less.
     limits: where none are given for sigma, it has the range of the file. InvalidArgument with file and line: it fits no energy.
     """
     ...
