@@ -66,7 +66,11 @@ class PythonMethod final : public BasicIntegrator<T> {
     const py::gil_scoped_acquire gil;
     call(t, small, s.x);
     const std::vector<T> first = move_;
-    call(t, h, s.x);  // a method with a memory goes on from here
+    call(t, h, s.x);  // a method with a memory goes on from the end of this step
+    std::vector<T> end(s.x.begin(), s.x.end());
+    for (size_t i = 0; i < this->n_; ++i) end[i] += move_[i];
+    if (std::all_of(end.begin(), end.end(), [](T x) { return std::isfinite(x); }))
+      call(t + h, h, end);
     call(t, small, s.x);
     this->cost_ = before;
     double size = 0;

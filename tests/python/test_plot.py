@@ -91,7 +91,7 @@ def test_the_states_of_a_network(pendulum, tmp_path):
         for ask in (run.motion, lambda: ph.plot(run, what="motion")):
             refused(ask, "has no mechanism whose motion could be shown, expected a scene or a MechanicalModel; what = \"states\"")
         refused(lambda: ph.plot(run, what="joints"), "expected states, energies", "(the run has no mechanism)")
-        assert [a.get_title(loc="left") for a in ph.plot(run, what="states").axes] == ["states", "momenta"]
+        assert [a.get_title() for a in ph.plot(run, what="states").axes] == ["states", "momenta"]
         line = ph.plot(run, what=names[0]).axes[0].get_lines()
         assert [k.get_label() for k in line] == [names[0]]
         for key in list(run.states())[:-1]:
