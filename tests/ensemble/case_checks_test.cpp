@@ -105,8 +105,13 @@ TEST(CaseChecks, WhatHasNoNameIsAnother) {
   r.checks.push_back({"of a later version", 1, 0, false});
   EXPECT_EQ(checks.names_of(checks.failed(r)), (Names{"balance", "another"}));
   scene::Scene many;
-  for (int k = 0; k < 100; ++k)
-    many.stops.push_back({.name = std::to_string(k), .output = "q", .fails = true});
+  for (int k = 0; k < 100; ++k) {
+    scene::Stop stop;
+    stop.name = std::to_string(k);
+    stop.output = "q";
+    stop.fails = true;
+    many.stops.push_back(stop);
+  }
   const scene::CaseChecks most(many);
   EXPECT_EQ(most.names().size(), 63u) << "the bits of a number that is not negative";
   r.checks = {{"stop.99", 1, 0, false}};

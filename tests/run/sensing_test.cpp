@@ -130,7 +130,7 @@ TEST(Sensing, ALawThatIsHeldForTooLongIsRefusedByItsLargestZ) {
   keeps("largest |z| off its closed form", off, 1e-12);
   breaks("that of a damper 2 % softer", wrong, 1e-3);
   // A damper of 25 N m s/rad needs d / (2 I) = 25 Hz.
-  for (const std::string law :
+  for (const std::string& law :
        {damper(25, ""), std::string("type = \"tracking\"\njoints.j = { kp = 1e-3, kd = 25 }\n")}) {
     const auto why = refusal([&] { assembled(law, 20); });
     EXPECT_TRUE(says(why, "scene.toml:11:1: ")) << "with file and line";
