@@ -101,8 +101,8 @@ void replace(toml::table& root, const std::string& key, const std::vector<double
   for (size_t begin = 0; begin <= key.size();) {
     // The name of a robot's joint has dots: "initial.joints.target.hinge.velocity".
     const bool joint = begin == of_joints.size() && key.starts_with(of_joints);
-    const size_t last = joint ? key.rfind('.') : begin;
-    const size_t end = last > begin ? last : std::min(key.find('.', begin), key.size());
+    const size_t dot = joint ? key.rfind('.') : begin;
+    const size_t end = dot > begin ? dot : std::min(key.find('.', begin), key.size());
     std::string name = key.substr(begin, end - begin);
     std::optional<size_t> place;
     if (const size_t open = name.find('['); open != std::string::npos && name.back() == ']') {
