@@ -10,8 +10,6 @@
 namespace porthos::vsa {
 namespace {
 
-constexpr double much = 0.05;  // error of a stiffness
-
 /// Noise that the splines meet exactly.
 std::string rough_remark(const MeasuredCurves& curves, const std::string& path) {
   double worst = 0, noise = 0;
@@ -20,7 +18,7 @@ std::string rough_remark(const MeasuredCurves& curves, const std::string& path) 
       worst = off;
       noise = phs::scatter(c.x, c.y);
     }
-  if (!(worst > much)) return "";
+  if (!(worst > phs::much_slope_error)) return "";
   return fmt::format(
       "{}: neighbouring torques scatter by {:.2g} N m and are met exactly, so the stiffness is off "
       "by about {:.0f} %: state their errors as smoothing [N m] or relative_smoothing",

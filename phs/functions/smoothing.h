@@ -26,5 +26,7 @@ double scatter(const std::vector<double>& x, const std::vector<double>& y,
 /// noise: √2 scatter over the distance of neighbours. 0 for a curve: there at most three, or a
 /// fifth, of neighbouring second differences differ in sign; of noise two in three do.
 double slope_error(const std::vector<double>& x, const std::vector<double>& y);
+/// A slope_error that users of the slope are told.
+inline constexpr double much_slope_error = 0.05;
 
 }  // namespace porthos::phs

@@ -201,13 +201,14 @@ class Result(Judged):
             at = np.unique(np.linspace(0, len(t) - 1, min(len(t), max(most // len(phases), 2))).astype(int))
             attributes = p.file.attributes if p.folder is not None else lambda name: {}
             angles = attributes("turns").get("columns", "").split("\n") if p.folder is not None and "turns" in p.names else p.angles
+            turns = np.asarray(p["turns"])[at] if angles else None
             for name in p.names:
                 group, _, block = name.partition("/")
                 if group not in ("state", "momentum"):
                     continue
                 y = np.asarray(p[name])[at].astype(float).reshape(len(at), -1)
                 if group == "state" and block in angles:
-                    y = y + 2 * np.pi * np.asarray(p["turns"])[at, angles.index(block), None]
+                    y = y + 2 * np.pi * turns[:, angles.index(block), None]
                 columns = attributes(name).get("columns", "").split("\n")
                 for k in range(y.shape[1]):
                     line = block if y.shape[1] == 1 else f"{block}.{columns[k] if len(columns) == y.shape[1] else k}"

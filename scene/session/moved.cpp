@@ -58,14 +58,14 @@ std::vector<std::string> turning(const Hdf5Reader& file) {
 
 /// The numbers of a series "state/..." or "momentum/..." as lines of their panel, angles with their
 /// turns.
+/// @param angles, turns  the names behind the columns of "turns", and its shown rows
 void add_state(std::vector<TracePanel>& panels, const Hdf5Reader& file, const std::string& name,
-               const std::vector<std::int64_t>& shown) {
+               const std::vector<std::int64_t>& shown, const std::vector<std::string>& angles,
+               const std::vector<double>& turns) {
   const bool state = name.starts_with("state/");
   const std::string block = name.substr(name.find('/') + 1);
   auto rows = rows_of(file, name, shown);
   const size_t columns = rows.size() / std::max<size_t>(shown.size(), 1);
-  const auto angles = turning(file);
-  const auto turns = rows_of(file, "turns", shown);
   if (const auto at = std::ranges::find(angles, block); state && at != angles.end())
     if (turns.size() == angles.size() * rows.size())
       for (size_t i = 0; i < rows.size(); ++i)
@@ -86,10 +86,12 @@ void add_state(std::vector<TracePanel>& panels, const Hdf5Reader& file, const st
 
 std::vector<TracePanel> states_of(const Hdf5Reader& file, std::int64_t most) {
   const auto shown = evenly(file.dataset("time").size(), most);
+  const auto angles = turning(file);
+  const auto turns = rows_of(file, "turns", shown);
   std::vector<TracePanel> panels;
   for (const char* group : {"state/", "momentum/"})
     for (const auto& [name, d] : file.datasets())
-      if (name.starts_with(group)) add_state(panels, file, name, shown);
+      if (name.starts_with(group)) add_state(panels, file, name, shown, angles, turns);
   return panels;
 }
 

@@ -14,20 +14,8 @@ using test::keeps;
 
 constexpr double theta = 1.3;
 
-/// A unit mass from rest to rest over theta at the cost ∫u².
-Problem mass(int intervals) {
-  Problem p;
-  p.dynamics = function_dynamics(2, 1, [](double, auto x, auto u, auto dx) {
-    dx[0] = x[1];
-    dx[1] = u[0];
-  });
-  p.duration = 2;
-  p.intervals = intervals;
-  p.start = {0, 0};
-  p.cost.input = {1};
-  p.goals = test::ends_at({theta, 0});
-  return p;
-}
+/// A unit mass from rest to rest over theta within two seconds at the cost ∫u².
+Problem mass(int intervals) { return test::unit_mass(theta, 2, intervals); }
 
 /// A pendulum with friction that is lifted, at a cost of torque, rate and energy drawn.
 Problem pendulum(double duration) {

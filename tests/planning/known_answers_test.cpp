@@ -25,16 +25,7 @@ double milliseconds(const Problem& p, const Trajectory& guess) {
 /// ∫u² of held torques from rest to rest, J = 12 I²θ²/(T³ (1 - 1/N²)). Control: continuous torques
 /// cost less by the factor 1 - 1/N².
 TEST(KnownAnswers, RestToRest) {
-  Problem p;
-  p.dynamics = function_dynamics(2, 1, [](double, auto x, auto u, auto dx) {
-    dx[0] = x[1];
-    dx[1] = u[0];
-  });
-  p.duration = 2;
-  p.intervals = 10;
-  p.start = {0, 0};
-  p.cost.input = {1};
-  p.goals = test::ends_at({1.3, 0});
+  Problem p = test::unit_mass(1.3, 2, 10);
   for (int s : {1, 2, 8}) {
     p.stages = s;
     const Plan plan = solve(p, straight(p, {0, 0}));

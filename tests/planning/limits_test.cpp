@@ -9,20 +9,7 @@ namespace {
 using Vec = std::vector<double>;
 
 /// A unit mass from rest to rest by `way` within a second.
-Problem mass(double way, int intervals = 20) {
-  Problem p;
-  p.dynamics = function_dynamics(2, 1, [](double, auto x, auto u, auto dx) {
-    dx[0] = x[1];
-    dx[1] = u[0];
-  });
-  p.stages = 2;
-  p.duration = 1;
-  p.intervals = intervals;
-  p.start = {0, 0};
-  p.cost.input = {1};
-  p.goals = test::ends_at({way, 0});
-  return p;
-}
+Problem mass(double way, int intervals = 20) { return test::unit_mass(way, 1, intervals); }
 
 /// With |u| <= U the optimum is u_k = clamp(b (N - 1 - 2k), U), with b so that the way is right.
 TEST(Limits, OfInputs) {

@@ -59,6 +59,21 @@ inline std::vector<planning::Goal> ends_at(const std::vector<double>& x) {
   return goals;
 }
 
+/// A unit mass from rest to rest over `way` at the cost ∫u².
+inline planning::Problem unit_mass(double way, double duration, int intervals) {
+  planning::Problem p;
+  p.dynamics = planning::function_dynamics(2, 1, [](double, auto x, auto u, auto dx) {
+    dx[0] = x[1];
+    dx[1] = u[0];
+  });
+  p.duration = duration;
+  p.intervals = intervals;
+  p.start = {0, 0};
+  p.cost.input = {1};
+  p.goals = ends_at({way, 0});
+  return p;
+}
+
 inline planning::Problem cart_pole_swing_up(int stages, int intervals) {
   planning::Problem p;
   p.dynamics = planning::dynamics_of(cart_pole(), {"slide.force"});

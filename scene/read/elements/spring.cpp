@@ -65,7 +65,7 @@ void read_spring(const Table& t, Element& e) {
   const auto z = t.list("elongation"), force = t.list("force");
   add(phs::tabulated_spring(z, force));
   e.table = true;
-  if (const double off = phs::slope_error(z, force); off > 0.05)
+  if (const double off = phs::slope_error(z, force); off > phs::much_slope_error)
     e.remark = fmt::format(
         "{}: neighbouring forces scatter and are met exactly, so the stiffness is off by about "
         "{:.0f} %: smooth them before",
