@@ -196,7 +196,7 @@ is asked first. Parameters: "<body>.mass", ".moment.x" (mass times centre), ".in
 "<joint>.rotor_inertia", ".stiffness", ".damping", ".rest", and "<element>.factor", a factor on the force of an element of a
 network; networks with controllers or wrenches have none. memory: bytes for stages and checkpoints.
 
-Raises InvalidArgument for a method that is neither Gauss collocation nor a composition of it, a model with constraints or
+Raises InvalidArgument for a method without it (docs/derivatives.md, "What is covered"), a model with constraints or
 sampled controllers, and RuntimeError where a step or its adjoint does not converge.)");
   m.def("gradient_of_scene", &gradient_of_scene, py::arg("scene"), py::arg("assembly"),
         py::arg("end"), py::arg("sampled"), py::arg("running"), py::arg("memory"),

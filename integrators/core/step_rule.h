@@ -39,7 +39,7 @@ struct Workplace {
 
 /// The integrator of one state.
 template <template <class> class Rule, class T>
-class OneState final : public BasicIntegrator<T> {
+class OneState : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
 
  public:
@@ -63,7 +63,7 @@ class OneState final : public BasicIntegrator<T> {
   void carry(Archive& a) override { rule_.carry(a, 0); }
   bool integrates_power() const override { return Rule<T>::integrates_power; }
 
- private:
+ protected:
   Rule<T> rule_;
 };
 

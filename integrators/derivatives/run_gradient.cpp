@@ -41,8 +41,8 @@ class Backwards {
         x_(n_),
         gradient_(n_) {
     for (const Objective& J : objectives)
-      descents_.emplace_back(
-          J, make_step_variation(model, pieces_.table().s, StepVariation::Side::adjoint), n_);
+      descents_.emplace_back(J, make_step_variation(model, pieces_, StepVariation::Side::adjoint),
+                             n_);
     for (const auto& b : model.description().blocks)
       if (b.kind == phs::BlockKind::angle) angle_at_.push_back(size_t(b.at));
   }
@@ -173,7 +173,7 @@ class Backwards {
     if (!went_on()) return false;
     size_t i = pieces_.count() - 1;
     if (d.objective.sampled) {
-      const GaussPiece last = pieces_.at(step, i);
+      const StepPiece last = pieces_.at(step, i);
       add_cost(d, d.objective.sampled, last.t + last.h, step.last(n_), turns, 1);
       for (size_t k = 0; k < n_; ++k) d.lambda.add(k, gradient_[k]);
     }
@@ -181,7 +181,7 @@ class Backwards {
       if (!back_over(d, pieces_.at(step, i), turns)) return false;
     return true;
   }
-  bool back_over(Descent& d, const GaussPiece& piece, const std::vector<std::int64_t>& turns) {
+  bool back_over(Descent& d, const StepPiece& piece, const std::vector<std::int64_t>& turns) {
     const auto& table = pieces_.table();
     const size_t s = weights_.size();
     running_.resize(d.objective.running ? s * n_ : 0);
@@ -241,7 +241,7 @@ class Backwards {
   };
 
   const GradientOptions& options_;
-  GaussPieces pieces_;
+  StepPieces pieces_;
   Integrator& method_;
   std::vector<Descent> descents_;
   size_t n_;

@@ -47,7 +47,7 @@ struct RunGradient {
 /// model, by the discrete adjoint: exact to rounding for the numbers that the run computes. Its
 /// cost does not depend on the number of parameters. Low words, wrapping and turns have derivative
 /// one. The state is unchanged.
-/// @throws InvalidArgument as GaussPieces; for a model with constraints or sampled controllers
+/// @throws InvalidArgument as StepPieces; for a model with constraints or sampled controllers
 RunGradient gradient_of_run(const std::string& method, const phs::Model& model,
                             const phs::State& start, double h, std::int64_t steps,
                             const Objective& objective, const GradientOptions& options = {});

@@ -14,10 +14,13 @@ RunTangents::RunTangents(const std::string& method, const phs::Model& model, phs
   const auto system = [](const phs::Model* m) { return m ? m->instantiate<double>() : nullptr; };
   for (const Along& a : directions) {
     require_size("start of a tangent", a.start.size(), n_);
-    tangents_.push_back(
-        {a.distance, system(a.up), system(a.down),
-         make_step_variation(model, pieces_.table().s, StepVariation::Side::tangent),
-         TwoWords(std::span<const double>(a.start))});
+    if (a.up && pieces_.multipliers() > 0)
+      throw InvalidArgument("a direction of '" + method +
+                            "' contains parameters, which it has no "
+                            "derivative by with quaternions, expected Gauss collocation");
+    tangents_.push_back({a.distance, system(a.up), system(a.down),
+                         make_step_variation(model, pieces_, StepVariation::Side::tangent),
+                         TwoWords(std::span<const double>(a.start))});
   }
 }
 
@@ -38,7 +41,7 @@ Outcome RunTangents::step() {
 }
 
 /// ∂f/∂z at the stages; empty along the start alone.
-std::span<const double> RunTangents::field_changes(Tangent& tangent, const GaussPiece& piece) {
+std::span<const double> RunTangents::field_changes(Tangent& tangent, const StepPiece& piece) {
   if (!tangent.up) return {};
   tangent.up->set_turn_angles(angles_);
   tangent.down->set_turn_angles(angles_);

@@ -22,7 +22,8 @@ struct Along {
 class RunTangents {
  public:
   /// The models must outlive it, and have the states of `model`.
-  /// @throws InvalidArgument as GaussPieces and phs::linearise()
+  /// @throws InvalidArgument as StepPieces and phs::linearise(); for a direction of parameters of
+  ///   Störmer-Verlet with quaternions, whose multipliers depend on them
   RunTangents(const std::string& method, const phs::Model& model, phs::State start, double h,
               std::vector<Along> directions);
 
@@ -51,9 +52,9 @@ class RunTangents {
     TwoWords value;
   };
   Outcome fail(Outcome o, const char* what, double t);
-  std::span<const double> field_changes(Tangent& tangent, const GaussPiece& piece);
+  std::span<const double> field_changes(Tangent& tangent, const StepPiece& piece);
 
-  GaussPieces pieces_;
+  StepPieces pieces_;
   phs::State state_;
   size_t n_;
   std::vector<double> changes_, down_, angles_;

@@ -3,14 +3,26 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "integrators/derivatives/stormer_verlet_variation.h"
 #include "integrators/methods/collocation_stages.h"
 #include "phs/system/linearised.h"
 
 namespace porthos::integrators {
 namespace {
 
+/// That of the adjoint, with its stages in reverse order: μ_ij is μ_ji of the step.
+CollocationTable<double> transposed(CollocationTable<double> t) {
+  const size_t s = size_t(t.s);
+  for (auto* mu : {&t.mu, &t.mu_p}) {
+    const std::vector<double> of_step = *mu;
+    for (size_t i = 0; i < s && !mu->empty(); ++i)
+      for (size_t j = 0; j < s; ++j) (*mu)[(s - 1 - i) * s + (s - 1 - j)] = of_step[j * s + i];
+  }
+  return t;
+}
+
 template <int W>
-class GaussVariation final : public StepVariation {
+class CollocationVariation final : public StepVariation {
   using Step = CollocationStages<double, W>;
   using Lanes = typename Step::Lanes;
   static constexpr int V = Step::V, chunks = W / V;
@@ -18,10 +30,10 @@ class GaussVariation final : public StepVariation {
   static constexpr int direct_for = 32;
 
  public:
-  GaussVariation(const phs::Model& model, int s, Side side)
+  CollocationVariation(const phs::Model& model, const CollocationTable<double>& table, Side side)
       : n_(size_t(model.description().nx)),
         reversed_(side == Side::adjoint),
-        step_(gauss_table<double>(s), n_),
+        step_(reversed_ ? transposed(table) : table, n_),
         solver_(Stagnation::of<double>(), Options{.solver = Solver::fixed_point}, n_),
         turns_(model.description()),
         field_(n_) {
@@ -29,12 +41,12 @@ class GaussVariation final : public StepVariation {
       linear_[c] = phs::linearise<Lanes>(model);
       running_[c].assign(n_, Lanes(0.0));
       used_[c] = Lanes(0.0);
-      for (int l = 0; l < V && c * V + l < s; ++l) used_[c].set(l, 1.0);
+      for (int l = 0; l < V && c * V + l < table.s; ++l) used_[c].set(l, 1.0);
     }
     gradient_.resize(parameters().size());
   }
 
-  void at(const GaussPiece& step, const std::vector<std::int64_t>& turns) override {
+  void at(const StepPiece& step, const std::vector<std::int64_t>& turns) override {
     step_.adapt_to(step.h, have_before_ ? h_ : step.h);
     h_ = step.h;
     turns_.when_changed(turns, [&](std::span<const Lanes> angles) {
@@ -92,7 +104,7 @@ class GaussVariation final : public StepVariation {
  private:
   /// The equations that the solver works on.
   struct Equations {
-    GaussVariation& own;
+    CollocationVariation& own;
     const TwoWords& v;
     void guess(bool predicted) { own.step_.guess(v.x, v.lo, 1, predicted ? 1 : 0); }
     Sweep sweep(double& distance) {
@@ -131,11 +143,12 @@ class GaussVariation final : public StepVariation {
         for (Index i = 0; i < n; ++i) step_.Y[c][size_t(i)] = Lanes(i == k ? 1.0 : 0.0);
         slopes(c, false, F[c]);
       }
+      const auto& t = step_.table;
+      const auto& mu = k < n / 2 || t.mu_p.empty() ? t.mu : t.mu_p;
       for (Index i = 0; i < s; ++i)
         for (Index j = 0; j < s; ++j)
           for (Index a = 0; a < n; ++a)
-            A(i * n + a, j * n + k) -=
-                Step::at(F, size_t(a), int(i)) * step_.table.mu[size_t(i * s + j)];
+            A(i * n + a, j * n + k) -= Step::at(F, size_t(a), int(i)) * mu[size_t(i * s + j)];
     }
     ++cost_.factorisations;
     const Eigen::PartialPivLU<Eigen::MatrixXd> lu(A);
@@ -183,10 +196,19 @@ class GaussVariation final : public StepVariation {
 
 }  // namespace
 
-std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model, int stages,
+std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model,
+                                                   const CollocationTable<double>& table,
                                                    StepVariation::Side side) {
-  if (stages <= 4) return std::make_unique<GaussVariation<4>>(model, stages, side);
-  return std::make_unique<GaussVariation<8>>(model, stages, side);
+  if (table.s <= 4) return std::make_unique<CollocationVariation<4>>(model, table, side);
+  if (table.s <= 8) return std::make_unique<CollocationVariation<8>>(model, table, side);
+  return std::make_unique<CollocationVariation<16>>(model, table, side);
+}
+
+std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model,
+                                                   const StepPieces& pieces,
+                                                   StepVariation::Side side) {
+  return pieces.multipliers() > 0 ? make_stormer_verlet_variation(model, side)
+                                  : make_step_variation(model, pieces.table(), side);
 }
 
 }  // namespace porthos::integrators

@@ -17,7 +17,7 @@ struct Monodromy {
 /// ∂x_N/∂x_0 of `steps` steps h [s]: of a periodic orbit over one period the
 /// monodromy matrix, whose eigenvalues are the multipliers. It is as symplectic as the steps are.
 /// Cost: nx tangents, each about 7 fields at every stage.
-/// @throws InvalidArgument as GaussPieces and phs::linearise()
+/// @throws InvalidArgument as StepPieces and phs::linearise()
 Monodromy monodromy(const std::string& method, const phs::Model& model, const phs::State& start,
                     double h, std::int64_t steps, const std::atomic<bool>* stop = nullptr);
 

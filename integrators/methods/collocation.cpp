@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "integrators/core/stage_field.h"
+#include "integrators/core/staged_steps.h"
 #include "integrators/methods/collocation_stages.h"
 
 namespace porthos::integrators {
@@ -12,7 +13,7 @@ namespace {
 
 /// The step of one state, by fixed-point iteration or Newton.
 template <class T, int W>
-class Collocation final : public BasicIntegrator<T> {
+class Collocation final : public BasicIntegrator<T>, public StagedSteps<T> {
   using Base = BasicIntegrator<T>;
   using Base::cost_, Base::n_, Base::options_, Base::system_, Base::port_work_;
   using typename Base::State;
@@ -69,6 +70,12 @@ class Collocation final : public BasicIntegrator<T> {
         step_.table, after, theta, [&](size_t k, int j) { return Step::at(step_.L_before, k, j); },
         x.first(n_));
     return true;
+  }
+
+  CollocationTable<Real> table() const override { return step_.table; }
+  void stages(const State&, std::span<T> Y) const override {
+    for (int i = 0; i < step_.s; ++i)
+      for (size_t k = 0; k < n_; ++k) Y[size_t(i) * n_ + k] = Step::at(step_.Y, k, i);
   }
 
   void carry(Archive& a) override {

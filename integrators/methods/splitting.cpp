@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "integrators/core/entry.h"
+#include "integrators/core/staged_steps.h"
 #include "integrators/core/stagnation.h"
 
 namespace porthos::integrators {
@@ -32,7 +33,7 @@ inline bool same(phs::Quad a, phs::Quad b) { return a == b; }
 inline bool same(phs::Dual a, phs::Dual b) { return a.v == b.v && a.d == b.d; }
 
 template <class T>
-class Splitting final : public BasicIntegrator<T> {
+class Splitting : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
   using Base::cost_, Base::n_, Base::system_;
   using typename Base::State;
@@ -105,6 +106,7 @@ class Splitting final : public BasicIntegrator<T> {
     }
     for (size_t i = 0, p = n_ / 2; p < n_; ++i, ++p)
       phs::compensated_add(s.x[p], s.lo[p], dt * force_[i]);
+    last_kick_ = dt;
   }
   void drift(T dt, State& s) {
     evaluate(s);
@@ -127,12 +129,36 @@ class Splitting final : public BasicIntegrator<T> {
 
   bool offered_, autonomous_;
   std::vector<PartialStep<Real>> program_;
-  std::vector<T> clock_;       ///< one per part
+  std::vector<T> clock_;  ///< one per part
+
+ protected:
   std::vector<T> x_, lo_, y_;  ///< the state before the step; a flow or field
   std::vector<T> q_of_force_, force_;
+  T last_kick_ = T(0.0);  ///< over that time [s]
+
+ private:
   std::vector<std::int64_t> turns_of_force_;
   T t_of_force_ = T(0.0);
   bool have_force_ = false;
+};
+
+/// Störmer-Verlet of a separable system.
+template <class T>
+class KickDriftKick final : public Splitting<T>, public StagedSteps<T> {
+  using Splitting<T>::x_, Splitting<T>::lo_, Splitting<T>::force_, Splitting<T>::last_kick_;
+
+ public:
+  using Splitting<T>::Splitting;
+  CollocationTable<TableReal<T>> table() const override { return lobatto_table<TableReal<T>>(2); }
+  /// (q, p½), (q', p½)
+  void stages(const phs::BasicState<T>& after, std::span<T> Y) const override {
+    const size_t n = force_.size();
+    for (size_t i = 0; i < n; ++i) {
+      Y[i] = x_[i] + lo_[i];
+      Y[2 * n + i] = this->q_of_force_[i];
+      Y[n + i] = Y[3 * n + i] = after.x[n + i] + (after.lo[n + i] - last_kick_ * force_[i]);
+    }
+  }
 };
 
 template <class T>
@@ -154,8 +180,8 @@ std::unique_ptr<BasicIntegrator<T>> make_splitting(const Declaration& d,
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_kick_drift_kick(const Declaration& d, const phs::Model& m,
                                                          T h, const Options& o) {
-  return std::make_unique<Splitting<T>>(d, gammas_of<T>(&composition_table("strang")),
-                                        Parts::kick_and_drift, m, h, o);
+  return std::make_unique<KickDriftKick<T>>(d, gammas_of<T>(&composition_table("strang")),
+                                            Parts::kick_and_drift, m, h, o);
 }
 #define PORTHOS_INSTANTIATE(T)                                                            \
   template std::unique_ptr<BasicIntegrator<T>> make_splitting<T>(                         \

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrators/core/staged_steps.h"
 #include "integrators/core/step_rule.h"
 #include "integrators/methods/splitting.h"
 #include "integrators/methods/unit_quaternions.h"
@@ -87,6 +88,14 @@ class StormerVerlet {
   }
   T move(size_t k) const { return T(0.5) * h_ * (f0_[k] + f1_[k]); }
 
+  size_t multipliers() const { return rotations_.all.size(); }
+  /// x0, x1, and the multipliers of the first kick.
+  void stages(std::span<T> Y) const {
+    std::copy(x0_.begin(), x0_.end(), Y.begin());
+    std::copy(x1_.begin(), x1_.end(), Y.begin() + std::ptrdiff_t(2 * n_));
+    for (size_t r = 0; r < multipliers(); ++r) Y[4 * n_ + r] = rotations_.all[r].lambda;
+  }
+
   void forget(LaneSet lanes, const StepStart<T>& s) {
     const auto now = mask_of<T>(lanes);
     for (auto& r : rotations_.all) r.lambda = select(now, T(0.0), r.lambda);
@@ -157,6 +166,15 @@ class StormerVerlet {
 
 namespace {
 
+template <class T>
+class StormerVerletSteps final : public OneState<StormerVerlet, T>, public StagedSteps<T> {
+ public:
+  using OneState<StormerVerlet, T>::OneState;
+  CollocationTable<TableReal<T>> table() const override { return lobatto_table<TableReal<T>>(2); }
+  void stages(const phs::BasicState<T>&, std::span<T> Y) const override { this->rule_.stages(Y); }
+  size_t multipliers() const override { return this->rule_.multipliers(); }
+};
+
 /// The separable case without quaternions is explicit.
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_stormer_verlet(const Declaration& d,
@@ -166,7 +184,7 @@ std::unique_ptr<BasicIntegrator<T>> make_stormer_verlet(const Declaration& d,
   const bool quaternions = std::ranges::any_of(
       system.blocks, [](const auto& b) { return b.kind == phs::BlockKind::rotation; });
   if (system.traits.separable && !quaternions) return make_kick_drift_kick<T>(d, model, h, o);
-  return std::make_unique<OneState<StormerVerlet, T>>(d, model, h, o);
+  return std::make_unique<StormerVerletSteps<T>>(d, model, h, o);
 }
 /// Null if H is separable or the system has powers to integrate.
 std::unique_ptr<LaneIntegrator> make_stormer_verlet_lanes(const Declaration&,

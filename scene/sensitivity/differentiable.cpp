@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "integrators/derivatives/gauss_pieces.h"
+#include "integrators/derivatives/step_pieces.h"
 #include "phs/system/linearised.h"
 #include "scene/assemble/contacts.h"
 
@@ -39,7 +39,7 @@ Steps differentiable_steps(const Scene& s, const Assembly& a, const std::string&
     refuse(fmt::format("steps of one size, and the scene has step_control = \"{}\"",
                        integrators::to_string(s.step_control)));
   try {
-    (void)integrators::GaussPieces(s.method, *a.model, s.step);  // refuses other methods
+    (void)integrators::StepPieces(s.method, *a.model, s.step);  // refuses other methods
     (void)phs::linearise<double>(*a.model);                      // and systems without slopes
   } catch (const InvalidArgument& e) {
     throw InvalidArgument(e.what() + instead);

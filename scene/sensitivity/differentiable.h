@@ -13,7 +13,7 @@ Scene scene_with_slopes(Scene scene, const std::string& command, const std::stri
 /// integrators::gradient_of_run() differentiates is then what porthos run computes.
 /// @throws InvalidArgument naming the table or key whose effect it would miss: events, an orbit,
 ///   stops, a repeating or projecting monitor, a step control, contacts and joint stops that
-///   switch; as integrators::GaussPieces
+///   switch; as integrators::StepPieces
 /// @param instead  the way out, at the end of the sentence
 Steps differentiable_steps(
     const Scene& scene, const Assembly& assembly,

@@ -71,8 +71,8 @@ Products carry(const Problem& p, const std::string& method, const Path& run,
                const Path* stages_of_adjoint = nullptr) {
   const size_t n = p.start.x.size(), steps = run.stages.size();
   const int s = gauss_stages(method);
-  const auto tangent = make_step_variation(*p.model, s, Side::tangent);
-  const auto adjoint = make_step_variation(*p.model, s, Side::adjoint);
+  const auto tangent = make_step_variation(*p.model, gauss_table<double>(s), Side::tangent);
+  const auto adjoint = make_step_variation(*p.model, gauss_table<double>(s), Side::adjoint);
   TwoWords delta(random_vector(n, 1)), lambda(random_vector(n, 2));
   std::vector<Vec> deltas{delta.x};
   for (size_t i = 0; i < steps; ++i) {
@@ -159,7 +159,7 @@ TEST(RunGradient, BilinearInvariantIsKeptToRounding) {
   first.stages.resize(few);
   first.turns.resize(few);
   TwoWords delta(random_vector(n, 1));
-  const auto tangent = make_step_variation(*p.model, 4, Side::tangent);
+  const auto tangent = make_step_variation(*p.model, gauss_table<double>(4), Side::tangent);
   for (int i = 0; i < few; ++i) {
     tangent->at({0, p.h, first.stages[size_t(i)]}, first.turns[size_t(i)]);
     EXPECT_EQ(tangent->advance(delta), Outcome::ok);

@@ -1857,7 +1857,7 @@ def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'ga
     "<joint>.rotor_inertia", ".stiffness", ".damping", ".rest", and "<element>.factor", a factor on the force of an element of a
     network; networks with controllers or wrenches have none. memory: bytes for stages and checkpoints.
 
-    Raises InvalidArgument for a method that is neither Gauss collocation nor a composition of it, a model with constraints or
+    Raises InvalidArgument for a method without it (docs/derivatives.md, "What is covered"), a model with constraints or
     sampled controllers, and RuntimeError where a step or its adjoint does not converge.
     """
     ...

@@ -4,29 +4,32 @@
 #include <string>
 #include <vector>
 
-#include "integrators/core/integrator.h"
-#include "integrators/tables/collocation_table.h"
+#include "integrators/core/staged_steps.h"
 
 namespace porthos::integrators {
 
-/// A step of Gauss's method from time t, of size h [s].
-struct GaussPiece {
+/// A step that its stages describe (StagedSteps), from time t, of size h [s].
+struct StepPiece {
   double t, h;
-  std::span<const double> Y;  ///< its stages, one after another, size s · nx
+  std::span<const double> Y;                 ///< its stages, one after another, size s · nx
+  std::span<const double> multipliers = {};  ///< of quaternions in Störmer-Verlet steps
 };
 
-/// A method whose steps consist of steps of Gauss's method, with the stages of the last step: of a
-/// Gauss method itself, or of a composition on the midpoint rule. It allocates nothing in a step.
-class GaussPieces {
+/// A method whose steps consist of pieces, with the stages of the last step: of a collocation
+/// method or Störmer-Verlet itself, or of a composition of them. It allocates nothing in a step.
+class StepPieces {
  public:
   /// The model must outlive it.
   /// @throws InvalidArgument for another method; as make_integrator()
-  GaussPieces(const std::string& method, const phs::Model& model, double h);
-  GaussPieces(const GaussPieces&) = delete;
+  StepPieces(const std::string& method, const phs::Model& model, double h);
+  StepPieces(const StepPieces&) = delete;
 
   Integrator& method() { return *method_; }
   const Integrator& method() const { return *method_; }
+  /// That of a piece.
   const CollocationTable<double>& table() const { return table_; }
+  /// Multipliers of a piece.
+  size_t multipliers() const { return staged_->multipliers(); }
   /// Pieces of a step.
   size_t count() const { return count_; }
 
@@ -34,23 +37,24 @@ class GaussPieces {
   /// those of the state after it.
   [[nodiscard]] Outcome step(phs::State& state, double h = 0);
   /// Piece i of the last step.
-  GaussPiece operator[](size_t i) const { return at(numbers_, i); }
+  StepPiece operator[](size_t i) const { return at(numbers_, i); }
 
   /// All pieces of the last step as numbers, to be kept.
   std::span<const double> numbers() const { return numbers_; }
   /// Piece i of kept numbers.
-  GaussPiece at(std::span<const double> numbers, size_t i) const {
+  StepPiece at(std::span<const double> numbers, size_t i) const {
     const auto piece = numbers.subspan(i * size_, size_);
-    return {piece[0], piece[1], piece.subspan(2)};
+    return {piece[0], piece[1], piece.subspan(2, stages_), piece.subspan(2 + stages_)};
   }
 
  private:
-  void keep(size_t i, double t, double h, const Integrator& by, const phs::State& after);
+  void keep(size_t i, double t, double h, const phs::State& after);
   void turn_stages(const std::vector<std::int64_t>& turns);
 
   std::unique_ptr<Integrator> method_;
+  const StagedSteps<double>* staged_ = nullptr;  ///< the method, or the base of a composition
   CollocationTable<double> table_;
-  size_t n_, count_ = 1, size_ = 0;  ///< size_: numbers of a piece
+  size_t n_, count_ = 1, stages_ = 0, size_ = 0;  ///< size_: numbers of a piece
   std::vector<double> numbers_;
   std::vector<size_t> angles_;  ///< their places in the state
   std::vector<std::int64_t> turns_;

@@ -1,0 +1,24 @@
+#pragma once
+#include <span>
+
+#include "integrators/core/integrator.h"
+#include "integrators/tables/collocation_table.h"
+
+namespace porthos::integrators {
+
+/// A method whose steps are given by their stages Y_i:
+///   L_i = h b_i f(Y_i),   Y_i = y + Σ_j μ_ij L_j,   y' = y + Σ_i L_i
+/// The derivative of a step is taken there (integrators/derivatives/).
+template <class T>
+class StagedSteps {
+ public:
+  virtual ~StagedSteps() = default;
+  virtual CollocationTable<TableReal<T>> table() const = 0;
+  /// Writes the stages of the last step, which ended in `after`, one after another: s · nx numbers,
+  /// with the angles before their wrapping, and then the multipliers.
+  virtual void stages(const phs::BasicState<T>& after, std::span<T> Y) const = 0;
+  /// Multipliers of a step: one for each quaternion, of the forces along it in the first stage.
+  virtual size_t multipliers() const { return 0; }
+};
+
+}  // namespace porthos::integrators
