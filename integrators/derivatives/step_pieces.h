@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "integrators/core/staged_steps.h"
+#include "integrators/methods/staged_steps.h"
 
 namespace porthos::integrators {
 

@@ -272,8 +272,8 @@ class StormerVerletVariation final : public StepVariation {
     }
   }
 
-  /// The largest move of coordinates or momenta in a sweep, and their largest size in any: where the
-  /// solution is zero, as along a quaternion, moves do not get small against itself.
+  /// The largest move of coordinates or momenta in a sweep, and their largest size in any sweep:
+  /// where the solution is zero, as along a quaternion, moves do not get small against itself.
   struct Largest {
     double move = 0, size = 0;
     void to(double& x, double value) {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "integrators/core/stage_field.h"
-#include "integrators/core/staged_steps.h"
 #include "integrators/methods/collocation_stages.h"
+#include "integrators/methods/staged_steps.h"
 
 namespace porthos::integrators {
 namespace {

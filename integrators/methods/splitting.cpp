@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "integrators/core/entry.h"
-#include "integrators/core/staged_steps.h"
 #include "integrators/core/stagnation.h"
+#include "integrators/methods/staged_steps.h"
 
 namespace porthos::integrators {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "integrators/core/staged_steps.h"
 #include "integrators/core/step_rule.h"
 #include "integrators/methods/splitting.h"
+#include "integrators/methods/staged_steps.h"
 #include "integrators/methods/unit_quaternions.h"
 
 namespace porthos::integrators {
