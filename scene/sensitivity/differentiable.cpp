@@ -40,7 +40,7 @@ Steps differentiable_steps(const Scene& s, const Assembly& a, const std::string&
                        integrators::to_string(s.step_control)));
   try {
     (void)integrators::StepPieces(s.method, *a.model, s.step);  // refuses other methods
-    (void)phs::linearise<double>(*a.model);                      // and systems without slopes
+    (void)phs::linearise<double>(*a.model);                     // and systems without slopes
   } catch (const InvalidArgument& e) {
     throw InvalidArgument(e.what() + instead);
   }

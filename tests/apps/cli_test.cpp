@@ -268,9 +268,9 @@ TEST_F(Cli, TellsWhatTheEndDependsOn) {
        "porthos: --uncertainty: uncertainty is 'some', expected a number, "
        "relative to each parameter\n"},
       {"--method rk4",
-       "porthos: derivatives of a run are there for collocation (gauss2 to gauss16, midpoint, "
-       "lobatto4 ..., hbvm4 ...), stormer_verlet, and compositions of it and the midpoint rule, not "
-       "for 'rk4'; --by base.mass (by= in Python) takes differences of whole runs\n"}};
+       "porthos: derivatives of a run are there for gauss2 to gauss16, midpoint, lobatto4 ..., "
+       "hbvm4 ..., stormer_verlet and compositions (yoshida4, kahan_li8_sv ...), not for 'rk4'; "
+       "--by base.mass (by= in Python) takes differences of whole runs\n"}};
   for (const auto& [option, message] : wrong) {
     a = porthos(std::string("sensitivity swing/scene.toml --out wrong ") + option);
     EXPECT_EQ(a.code, 2) << option;
