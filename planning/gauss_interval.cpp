@@ -30,6 +30,11 @@ GaussInterval::GaussInterval(const Problem& problem,
       A_(nx_, nx_),
       B_(nx_, nw_),
       dl_(nx_ + nu_, s_) {
+  const auto& fastest = problem.limits.rate;
+  for (size_t k = 0; k < fastest.size(); ++k)
+    if (std::isfinite(fastest[k])) limited_.push_back(long(k));
+  rates_.resize(s_ * long(limited_.size()));
+  rate_rows_.resize(rates_.size(), nx_ + nw_);
   const double h = problem.step();
   table.weights(h, hb_);
   for (size_t i = 0; i < t_.size(); ++i) t_[i] = (number + table.c[i]) * h;
@@ -79,6 +84,8 @@ bool GaussInterval::solve(const double* x, const double* w) {
   cost_ = 0;
   for (long i = 0; i < s_; ++i)
     cost_ += hb_[size_t(i)] * point_.value(f_.data() + i * nx_, u_.data() + i * nu_);
+  for (long i = 0, at = 0; i < s_; ++i)
+    for (const long k : limited_) rates_[at++] = f_[size_t(i * nx_ + k)];
   return end_.allFinite();
 }
 
@@ -145,22 +152,44 @@ void GaussInterval::differentiate() {
                    (sensitivity_.middleRows(j * nx_, nx_).transpose() * lx);
     gradient_.segment(at, nu_) += hb * dl_.col(i).tail(nu_);
   }
+  if (limited_.empty()) return;
+  Matrix Z;
+  for (long i = 0, row = 0; i < s_; ++i) {
+    const Eigen::Map<const Matrix> J(J_.data() + i * nx_ * z, nx_, z);
+    spread_moves(i, Z);
+    for (const long k : limited_) rate_rows_.row(row++) = J.row(k) * Z;
+  }
 }
 
-/// η of Mᵀ η = λ' + Σ μ_ij h b_i ∂l_i
-Vector GaussInterval::adjoint_stages(const Vector& lambda) const {
+/// Z = δ(Y_i, u_i) along (x, w)
+void GaussInterval::spread_moves(long i, Matrix& Z) const {
+  Z.setZero(nx_ + nu_, nx_ + nw_);
+  Z.topLeftCorner(nx_, nx_).setIdentity();
+  for (long j = 0; j < s_; ++j)
+    Z.topRows(nx_) += table_.mu[size_t(i * s_ + j)] * sensitivity_.middleRows(j * nx_, nx_);
+  Z.block(nx_, nx_ + (p_.inputs == Inputs::held ? 0 : i * nu_), nu_, nu_).setIdentity();
+}
+
+/// η of Mᵀ η = λ' + Σ μ_ij (h b_i ∂l_i + Σ weights ∂f_k)
+Vector GaussInterval::adjoint_stages(const Vector& lambda, const double* weights) const {
   Vector eta(s_ * nx_);
   for (long j = 0; j < s_; ++j) {
     auto e = eta.segment(j * nx_, nx_);
     e = lambda;
-    for (long i = 0; i < s_; ++i)
-      e += hb_[size_t(i)] * table_.mu[size_t(i * s_ + j)] * dl_.col(i).head(nx_);
+    const double* w = weights;
+    for (long i = 0; i < s_; ++i) {
+      const double mu = table_.mu[size_t(i * s_ + j)];
+      e += hb_[size_t(i)] * mu * dl_.col(i).head(nx_);
+      const Eigen::Map<const Matrix> F(J_.data() + i * nx_ * (nx_ + nu_), nx_, nx_);
+      for (size_t k = 0; w && k < limited_.size(); ++k)
+        e += (mu * *w++) * F.row(limited_[k]).transpose();
+    }
   }
   return lu_.transpose().solve(eta);
 }
 
-double GaussInterval::by_length(const Vector& lambda) const {
-  const Vector eta = adjoint_stages(lambda);
+double GaussInterval::by_length(const Vector& lambda, const double* weights) const {
+  const Vector eta = adjoint_stages(lambda, weights);
   double sum = 0;
   for (long i = 0; i < s_; ++i) {
     const Eigen::Map<const Vector> f(f_.data() + i * nx_, nx_);
@@ -170,9 +199,11 @@ double GaussInterval::by_length(const Vector& lambda) const {
   return sum / p_.step();
 }
 
-void GaussInterval::hessian(const Vector& lambda, bool exact, Matrix& H) {
+void GaussInterval::hessian(const Vector& lambda, bool exact, Matrix& H, const double* weights) {
   const long z = nx_ + nu_;
-  Vector eta = adjoint_stages(lambda);
+  Vector eta = adjoint_stages(lambda, weights);
+  for (long i = 0; weights && i < s_; ++i)
+    for (const long k : limited_) eta[i * nx_ + k] += *weights++ / hb_[size_t(i)];
   if (!exact) eta.setZero();
   std::vector<Matrix> own(size_t(s_), Matrix(z, z));
   for (long i = 0; i < s_; ++i) {
@@ -184,16 +215,11 @@ void GaussInterval::hessian(const Vector& lambda, bool exact, Matrix& H) {
     p_.dynamics->hessian(t_, {Y_.data(), size_t(Y_.size())}, u_, {eta.data(), size_t(eta.size())},
                          H_);
   H.setZero(nx_ + nw_, nx_ + nw_);
-  Matrix Z(z, nx_ + nw_);
+  Matrix Z;
   for (long i = 0; i < s_; ++i) {
     Matrix& at_stage = own[size_t(i)];
     if (exact) at_stage += Eigen::Map<const Matrix>(H_.data() + i * z * z, z, z);
-    const long at = nx_ + (p_.inputs == Inputs::held ? 0 : i * nu_);
-    Z.setZero();
-    Z.topLeftCorner(nx_, nx_).setIdentity();
-    for (long j = 0; j < s_; ++j)
-      Z.topRows(nx_) += table_.mu[size_t(i * s_ + j)] * sensitivity_.middleRows(j * nx_, nx_);
-    Z.block(nx_, at, nu_, nu_).setIdentity();
+    spread_moves(i, Z);
     H.noalias() += hb_[size_t(i)] * (Z.transpose() * (at_stage * Z));
   }
 }

@@ -16,7 +16,7 @@ bool NewtonIteration::polish(Plan& plan) {
   if (!step(move, true)) return false;
   const double dual = std::min(room_of(at_.lower, move.lower), room_of(at_.upper, move.upper));
   ++evaluations_;
-  if (room(at_.v, move.v) == 1 && shooting_.evaluate(at_.v + move.v)) {
+  if (room(at_.c, move.c) == 1 && shooting_.evaluate(at_.v + move.v)) {
     take(move, 1, dual, before.v + move.v);
     shooting_.differentiate();
     ++plan.iterations;
@@ -55,13 +55,14 @@ void NewtonIteration::finish(Plan& plan) {
   const auto list = [](const auto& part) { return std::vector<double>(part.begin(), part.end()); };
   plan.motion.x = list(at_.v.head(shooting_.at_w(0)));
   plan.motion.u = list(at_.v.tail(shooting_.N() * shooting_.nw()));
-  plan.duration_slope = shooting_.by_duration(at_.lambda);
+  const Vector pull = at_.upper - at_.lower;
+  plan.duration_slope = shooting_.by_duration(at_.lambda, of_rates(pull));
   at_.lambda.head(shooting_.nx()) = shooting_.at_start(at_.lambda);
   plan.costates = list(at_.lambda);
   plan.goal_multipliers = list(at_.nu);
   for (const long i : limited_) {
     const auto touches = [&](double limit) {
-      return std::fabs(at_.v[i] - limit) < 1e-6 * (1 + std::fabs(limit));
+      return std::fabs(at_.c[i] - limit) < 1e-6 * (1 + std::fabs(limit));
     };
     plan.active_limits += touches(low_[i]) || touches(high_[i]);
   }
@@ -77,7 +78,7 @@ Plan NewtonIteration::run() {
           "inputs or more intervals");
     move_inside(at_.v);
   }
-  if (!shooting_.evaluate(at_.v))
+  if (!begin())
     throw InvalidArgument(
         "a step of the first guess has no solution, expected a gentler guess or more intervals");
   for (;; ++plan.iterations) {
@@ -134,7 +135,7 @@ Plan solve(const Problem& problem, const Trajectory& guess, const PlannerOptions
   const size_t N = size_t(problem.intervals);
   const Limits& l = problem.limits;
   if (options.any_extremal && !(l.input_lower.empty() && l.input_upper.empty() &&
-                                l.state_lower.empty() && l.state_upper.empty()))
+                                l.state_lower.empty() && l.state_upper.empty() && l.rate.empty()))
     throw InvalidArgument("any_extremal takes no limits, expected a problem without");
   require_size("states of the guess", guess.x.size(), (N + 1) * problem.start.size());
   require_size("inputs of the guess", guess.u.size(), N * size_t(problem.per_interval()));

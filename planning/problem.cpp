@@ -84,6 +84,10 @@ void Problem::check() const {
   check_list("upper limits of inputs", limits.input_upper, nu);
   check_list("lower limits of states", limits.state_lower, nx);
   check_list("upper limits of states", limits.state_upper, nx);
+  check_list("limits of rates", limits.rate, nx);
+  for (const double r : limits.rate)
+    if (!(r > 0))
+      throw InvalidArgument(fmt::format("a limit of a rate is {}, expected more than 0", r));
   check_bounds("input", limits.input_lower, limits.input_upper);
   check_bounds("state", limits.state_lower, limits.state_upper);
 }

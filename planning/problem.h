@@ -43,6 +43,8 @@ struct Limits {
   /// Of x, size nx. They hold at the ends of the intervals, for the last one where no goal fixes
   /// that number; not at the start.
   std::vector<double> state_lower, state_upper;
+  /// Of |x'_k|, size nx, more than 0: they hold at the stages of all intervals.
+  std::vector<double> rate = {};
 };
 inline constexpr double no_limit = std::numeric_limits<double>::infinity();
 

@@ -30,33 +30,41 @@ class GaussInterval {
 
   /// After solve(): A = ∂x'/∂x, B = ∂x'/∂w and the gradient of the cost along (x, w).
   void differentiate();
+  /// After solve(): x'_k at the stages, of the k with limits (Limits::rate), stage after stage; and
+  /// after differentiate() their derivatives along (x, w), a row each.
+  const Vector& rates() const { return rates_; }
+  const Matrix& rate_rows() const { return rate_rows_; }
   const Matrix& A() const { return A_; }
   const Matrix& B() const { return B_; }
   const Vector& gradient() const { return gradient_; }
 
-  /// After differentiate(): the Hessian along (x, w) of cost + λᵀx', or without the curvature of f.
-  void hessian(const Vector& lambda, bool exact, Matrix& H);
+  /// After differentiate(): the Hessian along (x, w) of cost + λᵀx' + weightsᵀ rates, or without the
+  /// curvature of f.
+  /// @param weights  size of rates(); null: 0
+  void hessian(const Vector& lambda, bool exact, Matrix& H, const double* weights = nullptr);
 
-  /// After differentiate(): the derivative of cost + λᵀx' by the length h, Σ b_i (η_iᵀ f_i + l_i),
-  /// if f does not depend on t.
-  double by_length(const Vector& lambda) const;
+  /// After differentiate(): the derivative of the same by the length h, Σ b_i (η_iᵀ f_i + l_i), if f
+  /// does not depend on t.
+  double by_length(const Vector& lambda, const double* weights) const;
 
  private:
   bool iterate(bool afresh);
   void spread(const double* w);
   void place(const Vector& L);
+  void spread_moves(long i, Matrix& Z) const;
   void factorise();
-  Vector adjoint_stages(const Vector& lambda) const;
+  Vector adjoint_stages(const Vector& lambda, const double* weights) const;
 
   const Problem& p_;
   const integrators::CollocationTable<double>& table_;
   long s_, nx_, nu_, nw_;
   CostAtPoint point_;
+  std::vector<long> limited_;  ///< the k of Limits::rate
   std::vector<double> hb_, t_, u_, f_, J_, H_;
-  Vector x_, w_, L_, Y_, end_, gradient_, residual_;
+  Vector x_, w_, L_, Y_, end_, gradient_, residual_, rates_;
   Matrix sensitivity_;  ///< ∂L/∂(x, w)
   Eigen::PartialPivLU<Matrix> lu_;
-  Matrix A_, B_, dl_;
+  Matrix A_, B_, dl_, rate_rows_;
   double cost_ = 0;
   bool have_factor_ = false, have_sensitivity_ = false;
 };

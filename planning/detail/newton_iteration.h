@@ -14,10 +14,12 @@ class NewtonIteration {
   /// An iterate: unknowns and all multipliers.
   struct Point {
     Vector v, lambda, nu;
-    Vector lower, upper;  ///< multipliers of limits, 0 where there is none
+    /// What may have limits: v, and for each rate with one a slack that it shall be equal to.
+    Vector c;
+    Vector lower, upper;  ///< multipliers of limits of c, 0 where there is none
   };
   struct Move {
-    Vector v, lambda, nu, lower, upper;
+    Vector v, lambda, nu, c, lower, upper;
   };
   struct Residuals {
     double defect = 0, stationarity = 0, complementarity = 0;
@@ -26,24 +28,31 @@ class NewtonIteration {
 
   void set_limits();
   void move_inside(Vector& v) const;
+  bool begin();
+  static Vector joined(const Vector& v, const Vector& slacks);
+  Vector rates() const;
+  double infeasibility(const Vector& c) const;
+  std::pair<double, double> barrier_of(long i) const;
+  Vector moved_slacks(const Move& move, double alpha) const;
+  const double* of_rates(const Vector& c) const { return c.data() + shooting_.unknowns(); }
   void estimate_multipliers();
   Residuals residuals(double barrier);
   bool lower_barrier();
-  double barrier_at(const Vector& v, double cost) const;
+  double barrier_at(const Vector& c, double cost) const;
 
   bool step(Move& move, bool exact);
   void set_up(bool exact);
   bool try_sweep();
   void read_move(Move& move) const;
   double rho_unit() const;
-  double room(const Vector& v, const Vector& dv) const;
+  double room(const Vector& c, const Vector& dc) const;
   double room_of(const Vector& z, const Vector& dz) const;
 
   bool search(const Move& move);
   bool search_extremal(const Move& move);
   bool search_afresh(const Move& move);
   bool accept(double theta, double phi, double alpha, double slope, double theta0, double phi0);
-  bool inside(const Vector& v) const;
+  bool inside(const Vector& c) const;
   void take(const Move& move, double alpha, double alpha_dual, const Vector& v);
   void finish(Plan& plan);
   bool polish(Plan& plan);
@@ -53,8 +62,8 @@ class NewtonIteration {
   Shooting shooting_;
   RiccatiQp sweep_;
   Point at_;
-  Vector low_, high_;          ///< limits of each unknown
-  std::vector<long> limited_;  ///< unknowns with limits
+  Vector low_, high_;          ///< limits of c
+  std::vector<long> limited_;  ///< the numbers with limits, unknowns first
   Vector gradient_;            ///< by the unknowns of the Lagrangian
   double barrier_ = 0, last_step_ = 0;
   double regularisation_ = 0, last_regularisation_ = 0, rho_ = 0;

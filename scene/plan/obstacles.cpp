@@ -8,6 +8,22 @@
 #include "phs/error.h"
 
 namespace porthos::scene {
+namespace {
+
+/// x' at the begins of the intervals, and at the end with the last inputs; nx numbers each.
+std::vector<double> rates_of(const planning::Problem& p, const planning::Trajectory& motion) {
+  const size_t nx = p.start.size(), nu = size_t(p.dynamics->nu()), per = size_t(p.per_interval());
+  std::vector<double> f(motion.x.size());
+  for (size_t k = 0; k * nx < f.size(); ++k) {
+    const double t = double(k) * p.step();
+    const size_t from = std::min(k * per, motion.u.size() - nu);
+    p.dynamics->field({&t, 1}, std::span(motion.x).subspan(k * nx, nx),
+                      std::span(motion.u).subspan(from, nu), std::span(f).subspan(k * nx, nx));
+  }
+  return f;
+}
+
+}  // namespace
 
 std::vector<std::string> obstacles(const PlanProblem& made, const planning::Trajectory& found) {
   const planning::Problem& p = made.problem;
@@ -43,12 +59,14 @@ std::vector<std::string> beyond_limits(const PlanProblem& made, const Assembly& 
                                        const planning::Trajectory& motion) {
   std::vector<std::string> list;
   const size_t nx = made.problem.start.size(), nu = made.inputs.size();
+  const auto f = rates_of(made.problem, motion);
   for (const auto& j : assembly.mechanical->mechanism().joint_properties()) {
     const bool turns = j.turn >= 0;
-    double least = HUGE_VAL, most = -HUGE_VAL, effort = 0;
+    double least = HUGE_VAL, most = -HUGE_VAL, effort = 0, rate = 0;
     for (size_t i = size_t(j.q); i < motion.x.size(); i += nx) {
       least = std::fmin(least, motion.x[i]);
       most = std::fmax(most, motion.x[i]);
+      rate = std::fmax(rate, std::fabs(f[i]));
     }
     const auto input = std::ranges::find(made.inputs, j.joint);
     for (size_t i = size_t(input - made.inputs.begin());
@@ -66,6 +84,8 @@ std::vector<std::string> beyond_limits(const PlanProblem& made, const Assembly& 
       add("goes to", least, *j.lower, turns ? "rad" : "m", "lower");
     if (j.upper && most > *j.upper + slack)
       add("goes to", most, *j.upper, turns ? "rad" : "m", "upper");
+    if (j.rate && *j.rate > 0 && rate > *j.rate * (1 + 1e-6))
+      add("moves at", rate, *j.rate, turns ? "rad/s" : "m/s", "rate_limit");
     if (j.effort && *j.effort > 0 && effort > *j.effort * (1 + slack))
       add("takes", effort, *j.effort, turns ? "N m" : "N", "torque_limit");
   }

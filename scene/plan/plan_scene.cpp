@@ -79,6 +79,9 @@ PlannedJoint read_joint(const std::string& name, const std::string& where, const
     j.rate = {};
   }
   if (t.has("torque_limit")) j.torque_limit = t.positive("torque_limit");
+  if (t.has("rate_limit")) j.rate_limit = t.positive("rate_limit");
+  if (j.rate && j.rate_limit && std::fabs(*j.rate) > *j.rate_limit)
+    t.fail("rate", fmt::format("is {}, which is beyond its rate_limit {}", *j.rate, *j.rate_limit));
   if (t.has("lower")) j.lower = t.number("lower");
   if (t.has("upper")) j.upper = t.number("upper");
   if (j.lower && j.upper && !(*j.lower < *j.upper))
@@ -137,6 +140,28 @@ int attitude_at(const Assembly& a) {
   for (const auto& c : a.mechanism->coordinates())
     if (c.name == std::string(mechanics::base_joint_name) + ".attitude") return c.q;
   return -1;
+}
+
+/// A rate beyond its limit at the start, or a way that is too long for it, cannot be planned away.
+void check_rate_limits(const planning::Problem& p, const Assembly& a, const PlanScene& plan) {
+  const double t = 0;
+  std::vector<double> f(p.start.size());
+  const std::vector<double> none(size_t(p.dynamics->nu()), 0.0);
+  p.dynamics->field({&t, 1}, p.start, none, f);
+  for (const PlannedJoint& j : plan.joints) {
+    if (!j.rate_limit) continue;
+    const size_t q = size_t(place_of(a, j).q);
+    if (std::fabs(f[q]) > *j.rate_limit)
+      refuse(j.where, fmt::format("joint '{}' starts at a rate of {:.6g}, which is beyond its "
+                                  "rate_limit {} in [plan]",
+                                  j.name, f[q], *j.rate_limit));
+    const double least = std::fabs(j.position.value_or(p.start[q]) - p.start[q]) / *j.rate_limit;
+    if (const double has = plan.end_time ? plan.end_time->longest : p.duration; least > has)
+      refuse(j.where,
+             fmt::format("joint '{}' needs {:.6g} s at its rate_limit {} in [plan], and has "
+                         "{:.6g} s",
+                         j.name, least, *j.rate_limit, has));
+  }
 }
 
 }  // namespace
@@ -208,6 +233,7 @@ PlanProblem plan_problem(const Scene& scene, const Assembly& a, const PlanScene&
                                   j.name, q));
     if (j.lower) set_limit(p.limits.state_lower, nx, -planning::no_limit, at.q, *j.lower);
     if (j.upper) set_limit(p.limits.state_upper, nx, planning::no_limit, at.q, *j.upper);
+    if (j.rate_limit) set_limit(p.limits.rate, nx, planning::no_limit, at.q, *j.rate_limit);
     if (!j.actuated) continue;
     const int input = int(ports.size());
     ports.push_back(at.port);
@@ -236,6 +262,7 @@ PlanProblem plan_problem(const Scene& scene, const Assembly& a, const PlanScene&
     }
   }
   p.dynamics = planning::dynamics_of(a.model, ports);
+  check_rate_limits(p, a, plan);
   made.guess = planning::straight(p, end);
   bool waves = false;
   const size_t rows = made.guess.u.size() / nu;

@@ -20,7 +20,7 @@ struct PlannedJoint {
   double rate_weight = 0, drawn_weight = 0;
   std::optional<double> position = {};  ///< at the end
   std::optional<double> rate = 0;
-  std::optional<double> torque_limit = {}, lower = {}, upper = {};
+  std::optional<double> torque_limit = {}, rate_limit = {}, lower = {}, upper = {};
   double guess = 0, guess_phase = 0;
 };
 

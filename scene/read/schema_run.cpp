@@ -193,6 +193,7 @@ std::vector<SchemaTable> run_tables() {
         number("rate", "rad/s (m/s)", "0", "at the end"),
         yes_or_no("free_rate", "false", "whether the rate at the end is free"),
         number("torque_limit", "N m (N)", "none", "of its magnitude, more than 0"),
+        number("rate_limit", "rad/s (m/s)", "none", "of the rate's magnitude, more than 0"),
         number("lower", "rad (m)", "none", "of the position"),
         number("upper", "rad (m)", "none", "of the position"),
         number("guess", "N m (N)", "0", "amplitude of a sine of one period to begin with"),

@@ -79,6 +79,66 @@ TEST(Limits, OfStates) {
   EXPECT_LT(before, 2e-3);
 }
 
+/// The same limit of x' at the stages, by a barrier. Control: without it the mass goes at 1.5.
+TEST(Limits, OfRates) {
+  const double V = 1.2, a = 1.5 * (1 - 1 / V), continuous = 8. / 3 * V * V / a;
+  double before = HUGE_VAL;
+  for (const int N : {40, 160}) {
+    Problem p = mass(1, N);
+    const Plan without = solve(p, straight(p, {1, 0}));
+    p.limits.rate = {V, no_limit};
+    const Plan plan = solve(p, straight(p, {1, 0}));
+    EXPECT_EQ(plan.status, Plan::Status::optimal);
+    double most = 0, free = 0;
+    for (size_t k = 1; k < plan.motion.x.size(); k += 2) {
+      most = std::max(most, std::fabs(plan.motion.x[k]));
+      free = std::max(free, std::fabs(without.motion.x[k]));
+    }
+    const double off = std::fabs(plan.cost / continuous - 1);
+    std::printf(
+        "  N = %d: speed up to %.9f (limit %g), %.3f without; J off the continuous one by "
+        "%.1e, %d iterations, residual %.1e\n",
+        N, most, V, free, off, plan.iterations, plan.residual);
+    EXPECT_LT(most, V * (1 + 1e-3 * 40 / N));  // at the ends, between which the stages are
+    EXPECT_GT(free, 1.49);
+    EXPECT_LT(off, before / 6);
+    before = off;
+  }
+  EXPECT_LT(before, 2e-3);
+}
+
+/// The swing-up whose cart may go at a part of the speed of its free optimum, from a line and from
+/// that optimum, which is too fast: the same optimum.
+TEST(Limits, OfTheRateOfACart) {
+  Problem p = test::cart_pole_swing_up(2, 40);
+  const Plan free = solve(p, straight(p, {1, M_PI, 0, 0}));
+  Problem fine = p;
+  fine.intervals = 20 * p.intervals;
+  const auto fastest = [&](const Plan& plan) {
+    const Vec x = resample(p, plan.motion, fine).x;
+    double most = 0;
+    for (size_t k = 4; k < x.size(); k += 4)
+      most = std::max(most, std::fabs(x[k] - x[k - 4]) / fine.step());
+    return most;
+  };
+  const double speed = fastest(free);
+  for (const double part : {0.95, 0.9, 0.7}) {
+    p.limits.rate = {part * speed, no_limit, no_limit, no_limit};
+    const Plan plan = solve(p, straight(p, {1, M_PI, 0, 0})), again = solve(p, free.motion);
+    std::printf(
+        "  limit %.4f m/s: fastest %.4f; cost %.6f, from the free one off by %.1e; free %.6f; "
+        "%d active; %d and %d iterations\n",
+        p.limits.rate[0], fastest(plan), plan.cost, std::fabs(again.cost / plan.cost - 1),
+        free.cost, plan.active_limits, plan.iterations, again.iterations);
+    EXPECT_EQ(plan.status, Plan::Status::optimal);
+    EXPECT_EQ(again.status, Plan::Status::optimal);
+    EXPECT_LT(fastest(plan), 1.02 * p.limits.rate[0]);  // between the stages, of 50 ms
+    EXPECT_GT(plan.cost, free.cost);
+    EXPECT_GT(plan.active_limits, 0);
+    EXPECT_NEAR(again.cost, plan.cost, 1e-8 * plan.cost);
+  }
+}
+
 /// The swing-up with a force limit that its free optimum exceeds, and a short track.
 TEST(Limits, OfACartPole) {
   Problem p = test::cart_pole_swing_up(2, 40);

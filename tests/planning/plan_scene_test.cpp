@@ -160,6 +160,29 @@ TEST_F(PlanScene, ElementsAndLimits) {
   EXPECT_LE(most, 11);
 }
 
+/// A joint's rate keeps its limit, and the replay ends where planned. Control: without it the slide
+/// is faster.
+TEST_F(PlanScene, LimitsOfRates) {
+  const auto planned = [&](const std::string& slide) {
+    const Scene s = changed("slide = { position = 1.0, guess = -7.0 }", slide);
+    return scene::plan(s, scene::assemble(s), (folder_ / "out").string());
+  };
+  const auto fastest = [](const scene::PlanReport& r) {
+    double most = 0;
+    for (size_t k = 1; k < r.plan.motion.x.size() / 4; ++k)
+      most = std::max(most, std::fabs(r.plan.motion.x[4 * k] - r.plan.motion.x[4 * k - 4]) / 0.04);
+    return most;
+  };
+  const auto free = planned("slide = { position = 1.0, guess = -7.0 }"),
+             limited = planned("slide = { position = 1.0, guess = -7.0, rate_limit = 1.4 }");
+  std::printf("  mean rate of a step up to %.6f m/s (limit 1.4), free %.6f; %d limits reached\n",
+              fastest(limited), fastest(free), limited.plan.active_limits);
+  EXPECT_EQ(limited.plan.status, Plan::Status::optimal);
+  EXPECT_LT(fastest(limited), 1.4 * (1 + 1e-2));
+  EXPECT_GT(fastest(free), 1.9);
+  EXPECT_LT(limited.replay, 1e-9);
+}
+
 /// Limits of the model file do not act: beyond them is told. Control: wider ones.
 TEST_F(PlanScene, LimitsOfTheModelFileAreTold) {
   const auto notes = [&](const std::string& limit) {
@@ -180,6 +203,11 @@ TEST_F(PlanScene, LimitsOfTheModelFileAreTold) {
       << told[0];
   EXPECT_NE(told[1].find(" N, beyond the 5 N of the model file: state torque_limit"), told[1].npos)
       << told[1];
+  const auto fast = notes("<limit lower='-9' upper='9' effort='500' velocity='0.5'/>");
+  ASSERT_EQ(fast.size(), 1u);
+  EXPECT_NE(fast[0].find(" m/s, beyond the 0.5 m/s of the model file: state rate_limit"),
+            fast[0].npos)
+      << fast[0];
   EXPECT_TRUE(notes("<limit lower='-9' upper='9' effort='500' velocity='9'/>").empty());
 }
 
@@ -228,6 +256,10 @@ TEST_F(PlanScene, Refusals) {
       {joints, "hinge = { rate = 1, free_rate = true }", "rate is given with free_rate"},
       {joints, "hinge = { position = 2, upper = 1 }", "position is 2, which is beyond its limits"},
       {joints, "hinge = { lower = 1 }", "joint 'hinge' starts at 0, which is beyond its limits"},
+      {joints, "hinge = { rate = 2, rate_limit = 1 }",
+       "rate is 2, which is beyond its rate_limit 1"},
+      {"slide = { position = 1.0, guess = -7.0 }", "slide = { position = 1.0, rate_limit = 0.3 }",
+       "joint 'slide' needs 3.33333 s at its rate_limit 0.3 in [plan], and has 2 s"},
       {joints, joints + "\nbase = { rate_weight = 1 }", "no joint 'base'"},
       {"slide = { position = 1.0, guess = -7.0 }", "slide = { actuated = false }",
        "[plan] has no actuated joint"},

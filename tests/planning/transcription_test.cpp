@@ -78,11 +78,13 @@ TEST(Transcription, StepIsTheIntegratorsStep) {
   }
 }
 
-/// B, the gradient and the Hessian of cost + λᵀx' against central differences.
+/// B, the gradient and the Hessian of cost + λᵀx' + weightsᵀ rates against central differences.
 TEST(Transcription, DerivativesOfAnInterval) {
   for (const auto inputs : {Inputs::held, Inputs::at_stages})
     for (const int stages : {2, 3}) {
-      const Problem p = ets_vii(stages, inputs);
+      Problem p = ets_vii(stages, inputs);
+      p.limits.rate.assign(26, no_limit);
+      p.limits.rate[7] = p.limits.rate[9] = 1;
       const auto table = integrators::gauss_table<double>(stages);
       detail::GaussInterval interval(p, table, 0);
       const long nw = p.per_interval(), n = 26;
@@ -91,18 +93,21 @@ TEST(Transcription, DerivativesOfAnInterval) {
       z.insert(z.end(), w.begin(), w.end());
       const Vec l = some(26, 2, 1);
       const Vector lambda = Eigen::Map<const Vector>(l.data(), n);
+      const Vec m = some(size_t(2 * stages), 3, 2);
+      const Vector weights = Eigen::Map<const Vector>(m.data(), 2 * stages);
       const auto at = [&](const Vec& y) {
         EXPECT_TRUE(interval.solve(y.data(), y.data() + n));
         interval.differentiate();
-        Vector g = interval.gradient();
+        Vector g = interval.gradient() + interval.rate_rows().transpose() * weights;
         g.head(n) += interval.A().transpose() * lambda;
         g.tail(nw) += interval.B().transpose() * lambda;
-        return std::pair(interval.cost() + lambda.dot(interval.end()), g);
+        return std::pair(
+            interval.cost() + lambda.dot(interval.end()) + weights.dot(interval.rates()), g);
       };
       const Vector g = at(z).second;
       Matrix H, gauss_newton;
-      interval.hessian(lambda, true, H);
-      interval.hessian(lambda, false, gauss_newton);
+      interval.hessian(lambda, true, H, weights.data());
+      interval.hessian(lambda, false, gauss_newton, weights.data());
       double slope = 0, curvature = 0, control = 0;
       for (long k = 0; k < n + nw; ++k) {
         const double e = 1e-5 * std::max(1.0, std::fabs(z[size_t(k)]));

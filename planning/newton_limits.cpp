@@ -1,0 +1,171 @@
+#include <algorithm>
+#include <cmath>
+
+#include "planning/detail/newton_iteration.h"
+
+/// What the limits of a problem ask of Newton's iteration: a barrier, and steps that stay inside.
+namespace porthos::planning::detail {
+
+void NewtonIteration::set_limits() {
+  const long n = shooting_.unknowns(), nx = shooting_.nx(), N = shooting_.N();
+  low_ = Vector::Constant(n + shooting_.rates(), -no_limit);
+  high_ = Vector::Constant(n + shooting_.rates(), no_limit);
+  std::vector<bool> fixed(size_t(nx), false);  // by a goal, at the end
+  for (const Goal& g : p_.goals)
+    for (const auto& [k, factor] : g.row) fixed[size_t(k)] = true;
+  const auto set = [&](const std::vector<double>& list, Vector& to, long at, bool last) {
+    for (size_t i = 0; i < list.size(); ++i)
+      if (!last || !fixed[i]) to[at + long(i)] = list[i];
+  };
+  for (long k = 1; k <= N; ++k) {
+    set(p_.limits.state_lower, low_, shooting_.at_x(k), k == N);
+    set(p_.limits.state_upper, high_, shooting_.at_x(k), k == N);
+  }
+  const long nu = p_.dynamics->nu();
+  for (long at = shooting_.at_w(0); at < n; at += nu) {
+    set(p_.limits.input_lower, low_, at, false);
+    set(p_.limits.input_upper, high_, at, false);
+  }
+  std::vector<double> fastest;
+  for (const double r : p_.limits.rate)
+    if (std::isfinite(r)) fastest.push_back(r);
+  for (long i = n; i < low_.size(); ++i) {
+    high_[i] = fastest[size_t(i - n) % fastest.size()];
+    low_[i] = -high_[i];
+  }
+  for (long i = 0; i < low_.size(); ++i)
+    if (std::isfinite(low_[i]) || std::isfinite(high_[i])) limited_.push_back(i);
+}
+
+/// The barrier needs room: a hundredth of the width, or of 1 + |limit|.
+void NewtonIteration::move_inside(Vector& v) const {
+  for (const long i : limited_) {
+    if (i >= v.size()) break;  // rates follow
+    const double width = high_[i] - low_[i];
+    const auto margin = [&](double limit) {
+      return 0.01 * std::min(1 + std::fabs(limit), std::isfinite(width) ? width : HUGE_VAL);
+    };
+    if (std::isfinite(low_[i])) v[i] = std::max(v[i], low_[i] + margin(low_[i]));
+    if (std::isfinite(high_[i])) v[i] = std::min(v[i], high_[i] - margin(high_[i]));
+  }
+}
+
+/// Solves the intervals of the guess, with the first slacks and multipliers.
+bool NewtonIteration::begin() {
+  if (!shooting_.evaluate(at_.v)) return false;
+  const long n = at_.v.size();
+  at_.c = joined(at_.v, rates());
+  for (long i = n; i < at_.c.size(); ++i)  // half of a limit leaves room
+    at_.c[i] = std::clamp(at_.c[i], 0.5 * low_[i], 0.5 * high_[i]);
+  at_.lower = at_.upper = Vector::Zero(at_.c.size());
+  for (const long i : limited_) {
+    if (std::isfinite(low_[i])) at_.lower[i] = barrier_ / (at_.c[i] - low_[i]);
+    if (std::isfinite(high_[i])) at_.upper[i] = barrier_ / (high_[i] - at_.c[i]);
+  }
+  return true;
+}
+
+Vector NewtonIteration::joined(const Vector& v, const Vector& slacks) {
+  Vector c(v.size() + slacks.size());
+  c << v, slacks;
+  return c;
+}
+
+/// The rates at the stages that the intervals were solved for.
+Vector NewtonIteration::rates() const {
+  Vector r(shooting_.rates());
+  shooting_.copy_rates(r.data());
+  return r;
+}
+
+Vector NewtonIteration::moved_slacks(const Move& move, double alpha) const {
+  return at_.c.tail(shooting_.rates()) + alpha * move.c.tail(shooting_.rates());
+}
+
+/// How far the equations are violated, those of the slacks in c included.
+double NewtonIteration::infeasibility(const Vector& c) const {
+  return shooting_.infeasibility() + (rates() - c.tail(shooting_.rates())).lpNorm<1>();
+}
+
+/// The second and first derivative by number i that the barrier gives, with its multipliers.
+std::pair<double, double> NewtonIteration::barrier_of(long i) const {
+  double sigma = 0, slope = 0;
+  if (std::isfinite(low_[i])) {
+    sigma += at_.lower[i] / (at_.c[i] - low_[i]);
+    slope -= barrier_ / (at_.c[i] - low_[i]);
+  }
+  if (std::isfinite(high_[i])) {
+    sigma += at_.upper[i] / (high_[i] - at_.c[i]);
+    slope += barrier_ / (high_[i] - at_.c[i]);
+  }
+  return {sigma, slope};
+}
+
+/// The next barrier, once the conditions of this one hold. @return whether it changed
+bool NewtonIteration::lower_barrier() {
+  const double least = 0.1 * o_.tolerance;
+  bool changed = false;
+  while (barrier_ > least && residuals(barrier_).largest() <= 10 * barrier_) {
+    barrier_ = std::max(least, std::min(0.2 * barrier_, std::pow(barrier_, 1.5)));
+    changed = true;
+  }
+  if (changed) filter_.clear();
+  return changed;
+}
+
+double NewtonIteration::barrier_at(const Vector& c, double cost) const {
+  for (const long i : limited_) {
+    if (std::isfinite(low_[i])) cost -= barrier_ * std::log(c[i] - low_[i]);
+    if (std::isfinite(high_[i])) cost -= barrier_ * std::log(high_[i] - c[i]);
+  }
+  return cost;
+}
+
+/// The longest step that keeps a part of the distance to every limit.
+double NewtonIteration::room(const Vector& c, const Vector& dc) const {
+  const double keep = std::max(0.99, 1 - barrier_);
+  double alpha = 1;
+  for (const long i : limited_) {
+    if (dc[i] < 0 && std::isfinite(low_[i]))
+      alpha = std::min(alpha, -keep * (c[i] - low_[i]) / dc[i]);
+    if (dc[i] > 0 && std::isfinite(high_[i]))
+      alpha = std::min(alpha, keep * (high_[i] - c[i]) / dc[i]);
+  }
+  return alpha;
+}
+
+double NewtonIteration::room_of(const Vector& z, const Vector& dz) const {
+  const double keep = std::max(0.99, 1 - barrier_);
+  double alpha = 1;
+  for (const long i : limited_)
+    if (dz[i] < 0 && z[i] > 0) alpha = std::min(alpha, -keep * z[i] / dz[i]);
+  return alpha;
+}
+
+bool NewtonIteration::inside(const Vector& c) const {
+  for (const long i : limited_)
+    if (!(c[i] > low_[i] && c[i] < high_[i])) return false;
+  return true;
+}
+
+/// Moves by a part of the step to v, and the slacks and multipliers with it.
+void NewtonIteration::take(const Move& move, double alpha, double alpha_dual, const Vector& v) {
+  at_.v = v;
+  at_.c = joined(v, moved_slacks(move, alpha));
+  at_.lambda += alpha * move.lambda;
+  at_.nu += alpha * move.nu;
+  at_.lower += alpha_dual * move.lower;
+  at_.upper += alpha_dual * move.upper;
+  constexpr double far = 1e10;  // multipliers stay near barrier / distance
+  for (const long i : limited_) {
+    const auto keep = [&](double& z, double distance) {
+      const double own = barrier_ / distance;
+      z = std::min(std::max(z, own / far), own * far);
+    };
+    if (std::isfinite(low_[i])) keep(at_.lower[i], at_.c[i] - low_[i]);
+    if (std::isfinite(high_[i])) keep(at_.upper[i], high_[i] - at_.c[i]);
+  }
+  last_step_ = alpha;
+}
+
+}  // namespace porthos::planning::detail
