@@ -38,8 +38,8 @@ class GaussInterval {
   const Matrix& B() const { return B_; }
   const Vector& gradient() const { return gradient_; }
 
-  /// After differentiate(): the Hessian along (x, w) of cost + λᵀx' + weightsᵀ rates, or without the
-  /// curvature of f.
+  /// After differentiate(): the Hessian along (x, w) of cost + λᵀx' + weightsᵀ rates, or without
+  /// the curvature of f.
   /// @param weights  size of rates(); null: 0
   void hessian(const Vector& lambda, bool exact, Matrix& H, const double* weights = nullptr);
 

@@ -47,8 +47,8 @@ class Shooting {
   /// Adds σ rᵀr to the block H and slope r to g of the programme, r the derivative of rate number i.
   void add_to_programme(long i, double sigma, double slope);
 
-  /// After differentiate(): the blocks H, at the multipliers λ ((N + 1) nx) and ν, and `weights` of
-  /// rates; null: 0.
+  /// After differentiate(): the blocks H, at the multipliers λ ((N + 1) nx) and ν, and `weights`
+  /// of rates; null: 0.
   void curve(const Vector& lambda, const Vector& nu, bool exact, const double* weights = nullptr);
   /// Sets the programme's g again, to which a barrier may have added.
   void renew_slopes();
