@@ -43,8 +43,8 @@ class GaussInterval {
   /// @param weights  size of rates(); null: 0
   void hessian(const Vector& lambda, bool exact, Matrix& H, const double* weights = nullptr);
 
-  /// After differentiate(): the derivative of the same by the length h, Σ b_i (η_iᵀ f_i + l_i), if f
-  /// does not depend on t.
+  /// After differentiate(): the derivative of the same by the length h, Σ b_i (η_iᵀ f_i + l_i), if
+  /// f does not depend on t.
   double by_length(const Vector& lambda, const double* weights) const;
 
  private:

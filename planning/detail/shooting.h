@@ -44,7 +44,8 @@ class Shooting {
   void rates_along(const Vector& dv, double* to) const;
   /// gradient += weightsᵀ ∂rates by the unknowns, without x_0.
   void add_rates(const double* weights, Vector& gradient) const;
-  /// Adds σ rᵀr to the block H and slope r to g of the programme, r the derivative of rate number i.
+  /// Adds σ rᵀr to the block H and slope r to g of the programme, r the derivative of rate number
+  /// i.
   void add_to_programme(long i, double sigma, double slope);
 
   /// After differentiate(): the blocks H, at the multipliers λ ((N + 1) nx) and ν, and `weights`
