@@ -160,6 +160,31 @@ TEST_F(PlanScene, ElementsAndLimits) {
   EXPECT_LE(most, 11);
 }
 
+/// The machines that laws of the energy swing up (examples/furuta_swing_up, acrobot_swing_up), with
+/// less torque and in less time. From its guess the acrobot may find one optimum or another.
+TEST_F(PlanScene, SwingUpsBesideThoseOfLaws) {
+  struct Law {
+    double time, torque, squared;
+  };
+  for (const auto& [name, law, replays] :
+       {std::tuple{"furuta_plan", Law{5.456, 0.069, 2.8e-3}, 1e-12},
+        {"acrobot_plan", Law{8.79, 56, 2620}, 1e-6}}) {
+    const Scene s = read_scene(examples + name + "/scene.toml");
+    const auto r = scene::plan(s, scene::assemble(s), (folder_ / name).string());
+    EXPECT_EQ(r.plan.status, Plan::Status::optimal) << name;
+    double most = 0;
+    for (const double u : r.plan.motion.u) most = std::max(most, std::fabs(u));
+    std::printf(
+        "  %s: %g s (law %g), largest torque %.4g N m (law %g), integral of its square %.6g "
+        "(law %g); replay off by %.1e\n",
+        name, s.duration, law.time, most, law.torque, r.plan.cost, law.squared, r.replay);
+    EXPECT_LT(s.duration, law.time / 2);
+    EXPECT_LT(most, law.torque / 1.5);
+    EXPECT_LT(r.plan.cost, law.squared / 10);
+    EXPECT_LT(r.replay, replays);
+  }
+}
+
 /// A joint's rate keeps its limit, and the replay ends where planned. Control: without it the slide
 /// is faster.
 TEST_F(PlanScene, LimitsOfRates) {
