@@ -143,9 +143,10 @@ export function motion(d) {
   if (!m) return null;
   const plots = m.panels.flatMap((p) => {
     const [, title, unit] = p.what.match(/^(.*) \[(.*)\]$/), count = Math.ceil(p.lines.length / 8);
+    const shown = title === "joints" || title.includes(" ") ? title[0].toUpperCase() + title.slice(1) : title;  // outputs keep their names
     const turning = /^(rates of )?joints /.test(p.what) && m.panels.find((q) => q.what === p.what.replace("joints", "turning joints"));
     return Array.from({ length: count }, (_, k) => chart({
-      title: `${title[0].toUpperCase()}${title.slice(1)}${count > 1 ? `, ${k + 1} of ${count}` : ""}`, unit: `[${unit}]`, t: m.t, height: 220,
+      title: `${shown}${count > 1 ? `, ${k + 1} of ${count}` : ""}`, unit: `[${unit}]`, t: m.t, height: 220,
       lines: p.lines.slice(8 * k, 8 * k + 8).map((l, i) => ({ ...l, colour: `c${i}`, width: 1.4 })),
       note: turning && k === count - 1 ? `${turning.lines.length === 1 ? "1 other is" : `${turning.lines.length} others are`} in “${title.replace(/joints$/, "turning joints").replace(/^./, (c) => c.toUpperCase())}”.` : "",
     }));

@@ -427,10 +427,10 @@ export class Stage {
     const { fixed } = this.casts[0];
     return fixed.isEmpty() ? places : places.concat([fixed.min, fixed.max]);
   }
-  /** What the camera is to show, if that is more than the mechanism about its place: whole paths, and what of the world is touched. */
+  /** What the camera is to show: the mechanism over all frames, about its place or as it moves, whole paths, and what of the world is touched. */
   shown() {
-    const { ride, view, whole } = this.options, still = ride === "world", world = this.data.acts[0].world?.length;
-    if (view !== "mechanism" || ride === "base" || !(world || (still && whole))) return null;
+    const { ride, view, whole } = this.options, world = this.data.acts[0].world?.length, still = ride === "world" && (world || whole);
+    if (view !== "mechanism" || ride === "base") return null;
     const away = this.start.clone().negate(), p = new Vector3();
     const points = still && world ? this.ground.touched(this.spread(still), away) : this.spread(still);
     if (!points.length) return null;
