@@ -77,6 +77,11 @@ void check_region(const ClosedLoop& loop, const Region& r) {
   const size_t n = loop.rest().size() / 2;
   require_size("region.lower", r.lower.size(), n);
   require_size("region.upper", r.upper.size(), n);
+  for (size_t a = 0; a < n; ++a)
+    if (const double q = loop.rest()[a]; !(r.lower[a] < q && q < r.upper[a]))
+      throw InvalidArgument(fmt::format(
+          "the region of '{}' is {:g} to {:g}, expected the rest point's {:g} between them",
+          coordinate_names(loop.plant().description())[a], r.lower[a], r.upper[a], q));
 }
 
 bool inside(const Region& r, const Vec& q) {
@@ -110,12 +115,26 @@ class Grid {
   }
   size_t nearest(const Vec& q) const {
     size_t node = 0;
-    for (size_t a = 0; a < n_; ++a)
-      node += stride_[a] * size_t(std::lround((q[a] - region_.lower[a]) / width(a) * N_));
+    for (size_t a = 0; a < n_; ++a) node += stride_[a] * size_t(std::lround(cells_to(q, a)));
     return node;
+  }
+  /// The corners of the cell that holds q.
+  std::vector<size_t> corners(const Vec& q) const {
+    std::vector<size_t> all{0};
+    for (size_t a = 0; a < n_; ++a) {
+      const size_t low = std::min(size_t(cells_to(q, a)), size_t(N_ - 1)), count = all.size();
+      for (size_t i = 0; i < count; ++i) {
+        all[i] += stride_[a] * low;
+        all.push_back(all[i] + stride_[a]);
+      }
+    }
+    return all;
   }
 
  private:
+  double cells_to(const Vec& q, size_t a) const {
+    return (q[a] - region_.lower[a]) / width(a) * N_;
+  }
   int index(size_t node, size_t a) const { return int(node / stride_[a] % size_t(N_ + 1)); }
 
   const Region& region_;
@@ -140,15 +159,16 @@ class GridPotential {
   Vec value_;
 };
 
-/// The saddle of a flood: its level and the node that determines it.
-struct Pass {
+/// The saddle of a flood: its level and the node that determines it, and which nodes it reached.
+struct Flood {
   double level = HUGE_VAL;
   size_t summit;
+  std::vector<bool> reached;
 };
 
 /// Raises the level from the node `start` until the flood reaches the border or one of `others`.
-Pass flood(const Grid& grid, GridPotential& at, size_t n, size_t start,
-           const std::vector<size_t>& others) {
+Flood flood(const Grid& grid, GridPotential& at, size_t n, size_t start,
+            const std::vector<size_t>& others) {
   // The lowest level at which a path from the start reaches each node, and the node that determines
   // it.
   using Entry = std::pair<double, std::pair<size_t, size_t>>;  // level, node, summit
@@ -162,7 +182,7 @@ Pass flood(const Grid& grid, GridPotential& at, size_t n, size_t start,
     if (done[node]) continue;
     done[node] = true;
     if (grid.at_border(node) || std::find(others.begin(), others.end(), node) != others.end())
-      return {l, top};
+      return {l, top, done};
     for (size_t a = 0; a < n; ++a)
       for (const size_t next : {node - grid.stride(a), node + grid.stride(a)})
         if (!done[next]) {
@@ -170,7 +190,28 @@ Pass flood(const Grid& grid, GridPotential& at, size_t n, size_t start,
           if (std::isfinite(v)) front.push({std::max(l, v), {next, v > l ? next : top}});
         }
   }
-  return {HUGE_VAL, start};
+  return {HUGE_VAL, start, done};
+}
+
+/// No component of {V_d < c} around the rest point lies above a pass that it reaches, but the paths
+/// of a coarse grid may. So c is lowered to the passes known: those in a cell that the flood
+/// touches, or with V_d below c all the straight way to the rest point.
+void cap_by_passes(Basin& b, const ClosedLoop& loop, const std::vector<CriticalPoint>& points,
+                   const Grid& grid, const std::vector<bool>& reached) {
+  for (const auto& p : points) {
+    if (p.descending == 0 || !(p.value < b.level)) continue;
+    const auto corners = grid.corners(p.q);
+    if (std::ranges::none_of(corners, [&](size_t node) { return bool(reached[node]); }) &&
+        !straight_way_below(loop, p.q, b.level))
+      continue;
+    // Newton's method may have found the same pass, to rounding.
+    if (b.level - p.value > 1e-9 * std::fabs(b.depth)) {
+      b.at = p.q;
+      b.method += ", c lowered to a pass that the grid misses";
+    }
+    b.level = p.value;
+    return;  // they are ordered by value
+  }
 }
 
 }  // namespace
@@ -180,6 +221,20 @@ std::vector<double> random_coordinates(const Region& r, std::mt19937_64& generat
   for (size_t a = 0; a < q.size(); ++a)
     q[a] = std::uniform_real_distribution<double>(r.lower[a], r.upper[a])(generator);
   return q;
+}
+
+bool straight_way_below(const ClosedLoop& loop, std::span<const double> q, double level) {
+  const auto system = loop.instantiate<double>();
+  Vec x = loop.rest(), V;
+  for (int i = 0; i <= 200; ++i) {
+    for (size_t k = 0; k < x.size() / 2; ++k)
+      x[k] = loop.rest()[k] + i / 200.0 * (q[k] - loop.rest()[k]);
+    V.push_back(system->hamiltonian(x));
+    if (!(V.back() < level)) return false;
+  }
+  for (size_t i = 1; i + 1 < V.size(); ++i)  // a summit between two points
+    if (!(V[i] + std::fabs(V[i + 1] - 2 * V[i] + V[i - 1]) / 4 < level)) return false;
+  return true;
 }
 
 bool has_quaternions(const ClosedLoop& loop) {
@@ -229,9 +284,10 @@ Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
   GridPotential at(grid, V);
   const size_t start = grid.nearest(Vec(loop.rest().begin(), loop.rest().begin() + long(n)));
   std::vector<size_t> others;  // other critical points: a state may come to rest there
-  for (const auto& p : critical_points(loop, region))
+  const auto points = critical_points(loop, region);
+  for (const auto& p : points)
     if (const size_t node = grid.nearest(p.q); node != start) others.push_back(node);
-  const auto [level, summit] = flood(grid, at, n, start, others);
+  const auto [level, summit, reached] = flood(grid, at, n, start, others);
   Basin b;
   b.level = level;
   b.at = grid.point(summit);
@@ -256,6 +312,8 @@ Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
       b.method += ", pass by Newton's method";
     }
   }
+  b.depth = b.level - bottom;
+  cap_by_passes(b, loop, points, grid, reached);
   b.depth = b.level - bottom;
   return b;
 }

@@ -141,13 +141,7 @@ void starts_in_basin(const ClosedLoop& loop, const CertifyOptions& o, const Basi
   for (size_t s = 0; s < o.starts.size(); ++s) {
     require_size("start state", o.starts[s].size(), rest.size());
     const double H = law->hamiltonian(o.starts[s]);
-    bool straight = true;
-    Vec x = rest;
-    for (int i = 0; i <= 200; ++i) {
-      for (size_t k = 0; k < rest.size() / 2; ++k)
-        x[k] = rest[k] + i / 200.0 * (o.starts[s][k] - rest[k]);
-      straight = straight && law->hamiltonian(x) < clear;
-    }
+    const bool straight = straight_way_below(loop, o.starts[s], clear);
     c.report("basin, H_d" + of_start(o, s), H,
              !(H < level) ? fmt::format("at the start: outside the basin, c = {:.6g}", level)
              : straight   ? fmt::format("at the start: inside the basin, c = {:.6g}", level)

@@ -18,6 +18,7 @@ struct CriticalPoint {
 
 /// Critical points of V_d(q) = H_d(q, 0) inside the region, by Newton's method from `starts` points
 /// of it, ordered by value. Points that no start leads to are not found.
+/// @throws InvalidArgument for a region without the rest point inside
 std::vector<CriticalPoint> critical_points(const ClosedLoop& loop, const Region& region,
                                            int starts = 400);
 
@@ -31,8 +32,9 @@ struct Basin {
 /// Up to 3 coordinates: flood fill from the rest point over a grid. It finds the lowest saddle on
 /// any path to the region's boundary or to another of the critical points found by
 /// critical_points(). The saddle is refined by Newton's method; on the boundary it is lowered by
-/// the second differences of the grid. A saddle narrower than the grid is missed. More coordinates
-/// are refused.
+/// the second differences of the grid. The level is at most that of each pass of critical_points()
+/// that the component reaches; another saddle narrower than the grid is missed.
+/// @throws InvalidArgument for more coordinates, and a region without the rest point inside
 Basin basin(const ClosedLoop& loop, const Region& region, int cells = 0);
 
 /// Where a closed loop is checked, and how closely.
@@ -51,7 +53,8 @@ struct CertifyOptions {
 /// critical points and basin (up to 3 coordinates), H_d of each start against it, inputs on the
 /// basin, runs of the plant as sampled, and with other parameters. Limits of the inputs act in the
 /// runs; the shares of them that the runs and the basin take are told.
-/// @throws InvalidArgument for no samples, and for limits and starts that do not fit the loop
+/// @throws InvalidArgument for no samples, for limits and starts that do not fit the loop, and, up
+///   to 3 coordinates, for a region without the rest point inside
 Certificate certify(const ClosedLoop& loop, const CertifyOptions& options);
 
 }  // namespace porthos::energy_shaping

@@ -1,5 +1,6 @@
 #pragma once
 #include <random>
+#include <span>
 #include <vector>
 
 #include "energy_shaping/certify.h"
@@ -7,6 +8,8 @@
 namespace porthos::energy_shaping {
 
 std::vector<double> random_coordinates(const Region& r, std::mt19937_64& generator);
+/// Whether V_d stays below the level from the rest point straight to q: q is in its component then.
+bool straight_way_below(const ClosedLoop& loop, std::span<const double> q, double level);
 bool has_quaternions(const ClosedLoop& loop);
 
 }  // namespace porthos::energy_shaping

@@ -232,6 +232,55 @@ TEST(Certify, BasinOfTheAcrobotAgainstRuns) {
   EXPECT_NE(c.item("basin, H_d").text.find("outside the basin"), std::string::npos);
 }
 
+/// A reaction-wheel pendulum over a box that is long along the wheel: the valley of V_d to its
+/// passes is narrower than the grid. Controls: a box that shows it, and a pass behind a higher one.
+TEST(Certify, NoBasinLiesAboveAPassItReaches) {
+  const auto loop =
+      inertia_wheel_pendulum(inertia_wheel_gains({.I1 = 0.0125, .I2 = 2.1e-4, .m3 = 0.62}, 5, 0.8));
+  const double pass =
+      loop->instantiate<double>()->hamiltonian(Vec{std::acos(-1.0), -558.0092596, 0, 0});
+  for (const double wheel : {2000.0, 20000.0, 200000.0}) {
+    const Basin b = basin(*loop, {{-3.2, -wheel}, {3.2, wheel}});
+    std::printf("  wheel to %g: c = %.6g, %s\n", wheel, b.level, b.method.c_str());
+    agrees("c", b.level, pass, 1e-6);
+    EXPECT_NEAR(std::fabs(b.at[1]), 558.01, 0.01);
+    EXPECT_EQ(b.method.find("a pass that the grid misses") != std::string::npos, wheel == 2e4);
+  }
+}
+
+/// The double well with a third one behind it.
+struct ThreeWells : WellShaping {
+  template <class S, class T>  // minima at 1, -1, -2; passes at 0 of height 0, at -1.5 below it
+  S potential(std::span<const S> q, std::span<const T>) const {
+    const S x = q[0];
+    return x * x * (x * x * (x * x / S(6.0) + S(0.7) * x + S(0.5)) - S(3.5 / 3) * x - S(1.5));
+  }
+};
+
+TEST(Certify, APassBehindAHigherOneLowersNoBasin) {
+  const Region region{{-3}, {3}, 1, 200};
+  const MatchedLoop loop(plant(DoubleWell{}), shaping(ThreeWells{}), {"x.force"}, {1},
+                         {.region = region});
+  const auto points = critical_points(loop, region);
+  ASSERT_EQ(points.size(), 5u);
+  EXPECT_TRUE(points[3].descending == 1 && points[3].value < -0.3);
+  for (const int cells : {0, 50}) keeps("c", std::fabs(basin(loop, region, cells).level), 1e-12);
+}
+
+TEST(Certify, ARegionWithoutTheRestPointIsRefused) {
+  const auto loop = acrobot({});
+  for (const double low : {0.5, -0.5})
+    EXPECT_EQ(refusal([&] {
+                (void)basin(*loop, {{low, -3}, {2, 3}, 5});
+              }),
+              low < 0 ? ""
+                      : "the region of 'shoulder' is 0.5 to 2, expected the rest point's 0 between "
+                        "them");
+  auto o = options_of(*loop, {0.1, 0, 0, 0}, 1);
+  o.region.upper[1] = -1;
+  EXPECT_NE(refusal([&] { (void)certify(*loop, o); }).find("'elbow' is -"), std::string::npos);
+}
+
 /// Limits act in the runs, and the shares of them are told. Control: without limits no share is.
 TEST(Certify, LimitsOfTheInputsActInTheRuns) {
   const auto loop = cart_pole({});
