@@ -191,9 +191,20 @@ std::string remedy(const std::string& condition) {
       {"Riccati equation", "no actuator reaches a motion that does not decay: drive another joint"},
       {"rightmost eigenvalue",
        "a motion near the rest point does not decay: damp a joint that takes part in it"},
+      {"H_d' = -∂H_dᵀ R_d ∂H_d",
+       "the plant has forces there that the law does not know of: design with them"},
+      {"basin, c - H_d(rest)",
+       "V_d falls, or stays level, in a direction from the rest point, or the box ends too near: "
+       "give each coordinate stiffness, or widen the box"},
   };
   for (const auto& [name, what] : all)
     if (condition == name) return what;
+  if (condition.starts_with("run, ") || condition.starts_with("run at "))
+    return condition.ends_with("rise of H_d")
+               ? "the integrator errs, or the plant has forces that the law does not know of: take "
+                 "a shorter step"
+               : "start where H_d is below the basin's c, run longer, damp more, raise the limits, "
+                 "or hold the law for a shorter period";
   return "";
 }
 

@@ -64,8 +64,8 @@ class Certificate {
   std::vector<std::string> coordinates_;
 };
 
-/// What to do where the condition of this name fails, in one sentence; empty: the text of the item
-/// says it.
+/// What to do where the condition of this name fails, in one sentence, that of a run for each of
+/// its names; empty: the text of the item says it.
 std::string remedy(const std::string& condition);
 
 }  // namespace porthos::energy_shaping

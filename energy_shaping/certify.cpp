@@ -157,10 +157,68 @@ double distance(const ClosedLoop& loop, const Vec& x) {
   return d;
 }
 
+/// What the offset of a state from the rest point costs by H_d's Hessian there, ½ δqᵀ K δq [J]. At
+/// another minimum of H_d it is not small, as H_d is. A coordinate without stiffness adds nothing,
+/// and neither do full turns of an angle where H_d repeats. 0 too where H_d says no more: of
+/// quaternions, and where directions without stiffness are no coordinates, so that they may bend.
+class HeldOffset {
+ public:
+  explicit HeldOffset(const ClosedLoop& loop)
+      : loop_(loop), system_(loop.instantiate<double>()), n_(loop.rest().size() / 2) {
+    if (has_quaternions(loop)) return;
+    K_ = hessian(loop, loop.rest());
+    double stiffest = 0;
+    for (size_t i = 0; i < n_; ++i) stiffest = std::max(stiffest, K(i, i));
+    for (size_t i = 0; i < n_; ++i)
+      if (K(i, i) > 1e-12 * stiffest) held_.push_back(i);
+    Vec scaled;
+    for (const size_t i : held_)
+      for (const size_t j : held_) scaled.push_back(K(i, j) / std::sqrt(K(i, i) * K(j, j)));
+    if (held_.empty() || phs::symmetric_eigenvalues(held_.size(), scaled)[0] < 1e-9) held_.clear();
+  }
+  double operator()(const Vec& x) {
+    Vec d(n_);
+    for (const size_t i : held_) d[i] = x[i] - loop_.rest()[i];
+    for (const auto& b : loop_.plant().description().blocks)
+      if (b.kind == phs::BlockKind::angle && size_t(b.at) < n_) d[size_t(b.at)] -= turns(b, d);
+    double sum = 0;
+    for (const size_t i : held_)
+      for (const size_t j : held_) sum += 0.5 * d[i] * K(i, j) * d[j];
+    return sum;
+  }
+
+ private:
+  double K(size_t i, size_t j) const { return K_[i * loop_.rest().size() + j]; }
+  /// The full turns in an offset, or 0 where H_d is another after them.
+  double turns(const phs::Block& b, const Vec& d) const {
+    const auto i = size_t(b.at);
+    const double turn = 2 * std::acos(-1.0), whole = turn * std::round(d[i] / turn);
+    Vec x = loop_.rest();
+    const double rest = system_->hamiltonian(x);
+    x[i] += whole;
+    return system_->hamiltonian(x) - rest < 1e-9 * K(i, i) ? whole : 0;
+  }
+
+  const ClosedLoop& loop_;
+  std::unique_ptr<phs::System<double>> system_;
+  size_t n_;
+  Vec K_;
+  std::vector<size_t> held_;
+};
+
 void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
   const double rest = loop.instantiate<double>()->hamiltonian(loop.rest());
+  HeldOffset offset(loop);
+  // Near the rest point both energies are alike; ten times leaves room for a V_d that is not
+  // quadratic, and a part of the start for rounding.
+  const auto elsewhere = [&](const Run& r) {
+    const double left = std::fabs(r.H.back() - rest), begun = std::fabs(r.H.front() - rest);
+    return r.finished && left <= o.settled * begun && offset(r.x.back()) > 10 * left + 1e-6 * begun;
+  };
   const auto settled = [&](const Run& r) {
-    return r.finished && std::fabs(r.H.back() - rest) <= o.settled * std::fabs(r.H.front() - rest);
+    return r.finished &&
+           std::fabs(r.H.back() - rest) <= o.settled * std::fabs(r.H.front() - rest) &&
+           !elsewhere(r);
   };
   // If some directions have no stiffness (a floating base, a quaternion's sign), there is no single
   // state from which a distance could be measured.
@@ -172,6 +230,7 @@ void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
       run.period = period;
       const Run r = simulate(loop, o.starts[s], run);
       const double H0 = std::fabs(r.H.front() - rest);
+      const bool lost = elsewhere(r);
       const std::string name =
           (period > 0 ? fmt::format("run at {:g} ms", 1e3 * period) : "run, continuous") +
           of_start(o, s);
@@ -181,11 +240,14 @@ void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
              o.settled,
              !r.finished ? "did not finish: " + r.outcome
              : !(H0 > 0) ? "H_d is that of the rest at the start already: expected another start"
+             : lost      ? fmt::format("H_d left, relative; {:g} s; it ends at another minimum",
+                                       run.duration)
              : whole ? fmt::format("H_d left, relative; {:g} s, state off by {:.2e}", run.duration,
                                    distance(loop, r.x.back()))
                      : fmt::format("H_d left, relative; {:g} s", run.duration),
              {},
-             {}});
+             lost ? Vec(r.x.back().begin(), r.x.back().begin() + long(loop.rest().size() / 2))
+                  : Vec{}});
       // With a hold H_d may rise; with the law in continuous time it must not.
       const double allowed = 1e-11 * std::max(H0, std::fabs(rest));
       const std::string rise = name + ", rise of H_d";

@@ -86,6 +86,9 @@ TEST(Certificate, NamesAllThatFailsAndWhatToDo) {
       "try "
       "another ratio, of the other sign too\n");
   EXPECT_EQ(text.find("rank of G:"), std::string::npos);
+  for (const char* of : {"basin, c - H_d(rest)", "run at 20 ms", "run, continuous, rise of H_d"})
+    EXPECT_NE(remedy(of), "") << of;
+  EXPECT_EQ(remedy("runner"), "") << "a control";
   EXPECT_NE(c.html().find("<p>Hessian of V_d &gt; 0: raise the stiffness"), std::string::npos);
   const auto items = nlohmann::json::parse(c.json())["items"];
   EXPECT_EQ(items[0]["remedy"], remedy("Hessian of V_d > 0"));
@@ -122,6 +125,7 @@ TEST(Certify, AJointThatNothingHoldsIsNamed) {
   EXPECT_EQ(free.item("joints that nothing holds").text.rfind("joint_2: neither", 0), 0u);
   EXPECT_EQ(free.item("basin, c - H_d(rest)").finding, Finding::fails);
   EXPECT_FALSE(free.has("input on the basin")) << "of a basin without a state";
+  EXPECT_EQ(free.item("run, continuous").finding, Finding::holds) << "wherever joint_2 stops";
   EXPECT_NE(free.item("directions without stiffness").text.find("joints: joint_2"),
             std::string::npos);
   const auto held = certificate(8);
@@ -265,6 +269,48 @@ TEST(Certify, APassBehindAHigherOneLowersNoBasin) {
   ASSERT_EQ(points.size(), 5u);
   EXPECT_TRUE(points[3].descending == 1 && points[3].value < -0.3);
   for (const int cells : {0, 50}) keeps("c", std::fabs(basin(loop, region, cells).level), 1e-12);
+}
+
+/// A run to the next turn's minimum, 2 pi along the pendulum and -1116 rad along the wheel, where
+/// H_d is that of the rest point. Control: a start on this side of the pass.
+TEST(Certify, ARunThatEndsAtAnotherMinimumFails) {
+  const auto loop =
+      inertia_wheel_pendulum(inertia_wheel_gains({.I1 = 0.0125, .I2 = 2.1e-4, .m3 = 0.62}, 5, 0.8));
+  CertifyOptions o{.region = {{-3.2, -2000}, {3.2, 2000}},
+                   .starts = {{3.0, -550, 0, 0}, {3.2, -560, 0, 0}}};
+  o.run.duration = 60;
+  const Certificate c = certify(*loop, o);
+  const auto &here = c.item("run, continuous, start 1"),
+             &there = c.item("run, continuous, start 2");
+  EXPECT_EQ(here.finding, Finding::holds);
+  EXPECT_EQ(there.finding, Finding::fails);
+  EXPECT_EQ(c.about(there),
+            "H_d left, relative; 60 s; it ends at another minimum at pendulum 6.2832, wheel "
+            "-1116");
+  EXPECT_NE(c.text().find("    run, continuous, start 2: start where H_d is below the basin's c"),
+            std::string::npos);
+}
+
+/// Where H_d repeats after a full turn of a joint, the rest point is reached there too. Control: a
+/// slide, whose 2 pi metres are another place.
+struct Cosine : WellShaping {
+  template <class S, class T>
+  S potential(std::span<const S> q, std::span<const T>) const {
+    return S(1.0) - phs::cos(q[0]);
+  }
+};
+TEST(Certify, AFullTurnOfAJointIsTheRestPointWhereHdRepeats) {
+  const Region region{{-3}, {3}, 1, 200};
+  const auto run = [&](std::shared_ptr<const phs::Model> p, const char* port) {
+    const MatchedLoop loop(p, shaping(Cosine{}), {port}, {0}, {.region = region});
+    CertifyOptions o{.region = region, .starts = {{2 * std::acos(-1.0) - 0.5, 0}}};
+    o.run.duration = 40;
+    return certify(loop, o).item("run, continuous");
+  };
+  EXPECT_EQ(run(test::arm(1, 0.2), "joint_0.torque").finding, Finding::holds);
+  const auto slide = run(plant(DoubleWell{}), "x.force");
+  EXPECT_EQ(slide.finding, Finding::fails);
+  EXPECT_NE(slide.text.find("another minimum"), std::string::npos);
 }
 
 TEST(Certify, ARegionWithoutTheRestPointIsRefused) {

@@ -648,7 +648,8 @@ def certify(loop: ClosedLoop, *, lower: list[float], upper: list[float], rate: f
     coordinates looked at, (nq,); rate: |q'_i| up to this. starts: states (nx,) that the runs start from; periods of the controller
     in them [s], multiples of step, 0: continuous. limits: largest |u| of each actuated input [N m | N], or one number for all; []:
     without. They act in the runs, and the shares of them that runs and basin take are told.
-    Raises InvalidArgument for no samples, and for limits and starts that do not fit the loop. Cost: seconds.
+    Raises InvalidArgument for no samples, for limits and starts that do not fit the loop, and, up to 3 coordinates, for a box
+    without the rest point inside. Cost: seconds.
     """
     ...
 
