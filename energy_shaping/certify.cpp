@@ -7,6 +7,7 @@
 #include <random>
 
 #include "energy_shaping/derivatives.h"
+#include "energy_shaping/detail/certify_runs.h"
 #include "energy_shaping/detail/region.h"
 #include "energy_shaping/modes.h"
 #include "energy_shaping/potential_loop.h"
@@ -84,13 +85,42 @@ void held_joints(const ClosedLoop& loop, Certificate& c) {
                 "or fix them");
 }
 
-/// "40 % of its limit", the largest share of an input; empty: there are no limits.
-std::string share_of_limits(const Vec& peak, const Vec& limits) {
-  if (limits.empty()) return "";
-  double share = 0;
-  for (size_t j = 0; j < limits.size(); ++j) share = std::max(share, peak[j] / limits[j]);
-  return fmt::format("{:.0f} % of its limit", 100 * share);
-}
+/// Where limits act: the least H_d - H_d(rest) at which an input asks for more, among states on
+/// straight ways from the rest point.
+class LimitReached {
+ public:
+  LimitReached(const ClosedLoop& loop, const Vec& limits)
+      : loop_(loop),
+        limits_(limits),
+        law_(loop.loop<double>()),
+        u_(size_t(loop.plant().description().nu)),
+        x_(loop.rest()),
+        rest_(law_->hamiltonian(x_)) {}
+  void along(const Vec& end) {
+    for (int i = 1; i <= 20; ++i) {
+      for (size_t k = 0; k < x_.size(); ++k)
+        x_[k] = loop_.rest()[k] + i / 20.0 * (end[k] - loop_.rest()[k]);
+      law_->law(0.0, x_, u_);
+      for (size_t j = 0; j < limits_.size(); ++j)
+        if (std::fabs(u_[size_t(loop_.actuated()[j])]) > limits_[j]) {
+          least_ = std::min(least_, law_->hamiltonian(x_) - rest_);
+          return;
+        }
+    }
+  }
+  std::string text(double depth) const {
+    if (limits_.empty()) return "";
+    return least_ < depth ? fmt::format("; it acts from c - H_d(rest) = {:.3g} up", least_)
+                          : "; it does not act below c";
+  }
+
+ private:
+  const ClosedLoop& loop_;
+  const Vec& limits_;
+  std::unique_ptr<LoopSystem<double>> law_;
+  Vec u_, x_;
+  double rest_, least_ = HUGE_VAL;
+};
 
 void inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& basin,
                      const Vec& limits, Certificate& c) {
@@ -98,6 +128,7 @@ void inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& 
   std::mt19937_64 generator(region.seed + 2);
   Vec u(size_t(loop.plant().description().nu)), at, peaks(loop.actuated().size());
   double peak = 0;
+  LimitReached reached(loop, limits);
   int inside_basin = 0;
   const size_t n = region.lower.size();
   for (int i = 0; i < 20000; ++i) {
@@ -110,6 +141,7 @@ void inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& 
     for (size_t k = n; k < 2 * n; ++k) x[k] *= scale;
     law->law(0.0, x, u);
     ++inside_basin;
+    if (!limits.empty()) reached.along(x);
     for (size_t j = 0; j < peaks.size(); ++j) {
       const double size = std::fabs(u[size_t(loop.actuated()[j])]);
       peaks[j] = std::max(peaks[j], size);
@@ -122,13 +154,9 @@ void inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& 
   const std::string share = share_of_limits(peaks, limits);
   c.report("input on the basin", peak,
            fmt::format("largest |u| on H_d = c, {} states sampled{}{}", inside_basin,
-                       share.empty() ? "" : "; ", share),
+                       share.empty() ? "" : "; ", share) +
+               reached.text(basin.depth),
            {}, at);
-}
-
-/// ", start 2", where there are several.
-std::string of_start(const CertifyOptions& o, size_t s) {
-  return o.starts.size() > 1 ? fmt::format(", start {}", s + 1) : "";
 }
 
 /// H_d of each start against the level c of the basin. Where V_d stays below c on the straight way
@@ -149,131 +177,6 @@ void starts_in_basin(const ClosedLoop& loop, const CertifyOptions& o, const Basi
                                           "to the rest V_d comes within 1 % of it",
                                         level));
   }
-}
-
-double distance(const ClosedLoop& loop, const Vec& x) {
-  double d = 0;
-  for (size_t i = 0; i < x.size(); ++i) d = std::max(d, std::fabs(x[i] - loop.rest()[i]));
-  return d;
-}
-
-/// What the offset of a state from the rest point costs by H_d's Hessian there, ½ δqᵀ K δq [J]. At
-/// another minimum of H_d it is not small, as H_d is. A coordinate without stiffness adds nothing,
-/// and neither do full turns of an angle where H_d repeats. 0 too where H_d says no more: of
-/// quaternions, and where directions without stiffness are no coordinates, so that they may bend.
-class HeldOffset {
- public:
-  explicit HeldOffset(const ClosedLoop& loop)
-      : loop_(loop), system_(loop.instantiate<double>()), n_(loop.rest().size() / 2) {
-    if (has_quaternions(loop)) return;
-    K_ = hessian(loop, loop.rest());
-    double stiffest = 0;
-    for (size_t i = 0; i < n_; ++i) stiffest = std::max(stiffest, K(i, i));
-    for (size_t i = 0; i < n_; ++i)
-      if (K(i, i) > 1e-12 * stiffest) held_.push_back(i);
-    Vec scaled;
-    for (const size_t i : held_)
-      for (const size_t j : held_) scaled.push_back(K(i, j) / std::sqrt(K(i, i) * K(j, j)));
-    if (held_.empty() || phs::symmetric_eigenvalues(held_.size(), scaled)[0] < 1e-9) held_.clear();
-  }
-  double operator()(const Vec& x) {
-    Vec d(n_);
-    for (const size_t i : held_) d[i] = x[i] - loop_.rest()[i];
-    for (const auto& b : loop_.plant().description().blocks)
-      if (b.kind == phs::BlockKind::angle && size_t(b.at) < n_) d[size_t(b.at)] -= turns(b, d);
-    double sum = 0;
-    for (const size_t i : held_)
-      for (const size_t j : held_) sum += 0.5 * d[i] * K(i, j) * d[j];
-    return sum;
-  }
-
- private:
-  double K(size_t i, size_t j) const { return K_[i * loop_.rest().size() + j]; }
-  /// The full turns in an offset, or 0 where H_d is another after them.
-  double turns(const phs::Block& b, const Vec& d) const {
-    const auto i = size_t(b.at);
-    const double turn = 2 * std::acos(-1.0), whole = turn * std::round(d[i] / turn);
-    Vec x = loop_.rest();
-    const double rest = system_->hamiltonian(x);
-    x[i] += whole;
-    return system_->hamiltonian(x) - rest < 1e-9 * K(i, i) ? whole : 0;
-  }
-
-  const ClosedLoop& loop_;
-  std::unique_ptr<phs::System<double>> system_;
-  size_t n_;
-  Vec K_;
-  std::vector<size_t> held_;
-};
-
-void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
-  const double rest = loop.instantiate<double>()->hamiltonian(loop.rest());
-  HeldOffset offset(loop);
-  // Near the rest point both energies are alike; ten times leaves room for a V_d that is not
-  // quadratic, and a part of the start for rounding.
-  const auto elsewhere = [&](const Run& r) {
-    const double left = std::fabs(r.H.back() - rest), begun = std::fabs(r.H.front() - rest);
-    return r.finished && left <= o.settled * begun && offset(r.x.back()) > 10 * left + 1e-6 * begun;
-  };
-  const auto settled = [&](const Run& r) {
-    return r.finished &&
-           std::fabs(r.H.back() - rest) <= o.settled * std::fabs(r.H.front() - rest) &&
-           !elsewhere(r);
-  };
-  // If some directions have no stiffness (a floating base, a quaternion's sign), there is no single
-  // state from which a distance could be measured.
-  const bool whole = !loop.certificate().has("directions without stiffness") ||
-                     loop.certificate().item("directions without stiffness").value == 0;
-  for (size_t s = 0; s < o.starts.size(); ++s)
-    for (const double period : o.periods) {
-      RunOptions run = o.run;
-      run.period = period;
-      const Run r = simulate(loop, o.starts[s], run);
-      const double H0 = std::fabs(r.H.front() - rest);
-      const bool lost = elsewhere(r);
-      const std::string name =
-          (period > 0 ? fmt::format("run at {:g} ms", 1e3 * period) : "run, continuous") +
-          of_start(o, s);
-      c.add({name,
-             H0 > 0 && settled(r) ? Finding::holds : Finding::fails,
-             (r.H.back() - rest) / H0,
-             o.settled,
-             !r.finished ? "did not finish: " + r.outcome
-             : !(H0 > 0) ? "H_d is that of the rest at the start already: expected another start"
-             : lost      ? fmt::format("H_d left, relative; {:g} s; it ends at another minimum",
-                                       run.duration)
-             : whole ? fmt::format("H_d left, relative; {:g} s, state off by {:.2e}", run.duration,
-                                   distance(loop, r.x.back()))
-                     : fmt::format("H_d left, relative; {:g} s", run.duration),
-             {},
-             lost ? Vec(r.x.back().begin(), r.x.back().begin() + long(loop.rest().size() / 2))
-                  : Vec{}});
-      // With a hold H_d may rise; with the law in continuous time it must not.
-      const double allowed = 1e-11 * std::max(H0, std::fabs(rest));
-      const std::string rise = name + ", rise of H_d";
-      if (period == 0 && run.limits.empty())
-        c.at_most(rise, r.rise, allowed, "in a step [J]");
-      else
-        c.report(rise, r.rise, "in a step [J]");
-      if (period > 0 || !run.limits.empty())
-        c.report(name + ", injected", r.injected,
-                 fmt::format("energy put into H_d [J], to {:.1g} of the quadrature", r.quadrature));
-      c.report(name + ", input peak", *std::max_element(r.peak.begin(), r.peak.end()),
-               share_of_limits(r.peak, run.limits), r.peak.size() > 1 ? r.peak : Vec{});
-    }
-  if (o.plants.empty() || o.starts.empty()) return;
-  size_t good = 0, all = 0;
-  for (const auto& plant : o.plants)
-    for (const auto& start : o.starts) {
-      RunOptions run = o.run;
-      run.plant = plant.get();
-      run.period = o.periods.back();
-      run.record = run.duration / 10;
-      good += settled(simulate(loop, start, run));
-      ++all;
-    }
-  c.report("settles with other parameters", double(good) / double(all),
-           fmt::format("{} of {} runs on {} plants", good, all, o.plants.size()));
 }
 
 }  // namespace
@@ -306,7 +209,9 @@ Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
            b.depth,
            0,
            (empty ? "no level above the rest point holds a state; "
-                  : "no state of its component of {H_d < c} leaves; ") +
+            : o.run.limits.empty()
+                ? "no state of its component of {H_d < c} leaves; "
+                : "no state of its component of {H_d < c} leaves by the law without its limit; ") +
                b.method,
            {},
            b.at});
@@ -314,7 +219,7 @@ Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
     starts_in_basin(loop, o, b, c);
     if (!empty) inputs_on_basin(loop, o.region, b, o.run.limits, c);
   }
-  runs(loop, o, c);
+  certify_runs(loop, o, c);
   return c;
 }
 

@@ -339,8 +339,27 @@ TEST(Certify, LimitsOfTheInputsActInTheRuns) {
   breaks("control: without", peak(free).value / 5, 1);
   EXPECT_EQ(limited.about(peak(limited)), "100 % of its limit");
   EXPECT_EQ(free.about(peak(free)), "");
-  EXPECT_NE(limited.item("input on the basin").text.find("% of its limit"), std::string::npos);
-  EXPECT_EQ(free.item("input on the basin").text.find("limit"), std::string::npos);
+  const auto says = [](const Certificate& c, const char* item, const char* part) {
+    return c.item(item).text.find(part) != std::string::npos;
+  };
+  EXPECT_TRUE(says(limited, "input on the basin", "% of its limit; it acts from c - H_d(rest) = "));
+  EXPECT_FALSE(says(free, "input on the basin", "limit"));
+  // The basin is that of the law without it, and so it says.
+  EXPECT_TRUE(says(limited, "basin, c - H_d(rest)", "leaves by the law without its limit; "));
+  EXPECT_FALSE(says(free, "basin, c - H_d(rest)", "limit"));
+  const auto from = [](const std::string& text) {
+    return std::stod(text.substr(text.find("(rest) = ") + 9));
+  };
+  const double level = from(limited.item("input on the basin").text);
+  EXPECT_GT(level, 0);
+  EXPECT_LT(level, limited.item("basin, c - H_d(rest)").value);
+  o.run.limits = {1e4};
+  const auto wide = certify(*loop, o);
+  EXPECT_TRUE(says(wide, "input on the basin", "; it does not act below c"));
+  o.run.limits = {2.5};
+  const double half = from(certify(*loop, o).item("input on the basin").text);
+  std::printf("  limits of 5 and 2.5 N act from %g and %g\n", level, half);
+  keeps("half the limit: level over a third", half / level * 3, 1);
   o.run.limits = {5, 5};
   EXPECT_NE(refusal([&] { (void)certify(*loop, o); }).find("limits"), std::string::npos);
   o.run.limits = {-5};

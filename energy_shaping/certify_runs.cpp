@@ -1,0 +1,156 @@
+// The runs of a certificate.
+#include "energy_shaping/detail/certify_runs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "energy_shaping/derivatives.h"
+#include "energy_shaping/detail/region.h"
+#include "phs/linear_algebra/linear_algebra.h"
+
+namespace porthos::energy_shaping {
+namespace {
+
+using Vec = std::vector<double>;
+
+double distance(const ClosedLoop& loop, const Vec& x) {
+  double d = 0;
+  for (size_t i = 0; i < x.size(); ++i) d = std::max(d, std::fabs(x[i] - loop.rest()[i]));
+  return d;
+}
+
+/// What the offset of a state from the rest point costs by H_d's Hessian there, ½ δqᵀ K δq [J]. At
+/// another minimum of H_d it is not small, as H_d is. A coordinate without stiffness adds nothing,
+/// and neither do full turns of an angle where H_d repeats. 0 too where H_d says no more: of
+/// quaternions, and where directions without stiffness are no coordinates, so that they may bend.
+class HeldOffset {
+ public:
+  explicit HeldOffset(const ClosedLoop& loop)
+      : loop_(loop), system_(loop.instantiate<double>()), n_(loop.rest().size() / 2) {
+    if (has_quaternions(loop)) return;
+    K_ = hessian(loop, loop.rest());
+    double stiffest = 0;
+    for (size_t i = 0; i < n_; ++i) stiffest = std::max(stiffest, K(i, i));
+    for (size_t i = 0; i < n_; ++i)
+      if (K(i, i) > 1e-12 * stiffest) held_.push_back(i);
+    Vec scaled;
+    for (const size_t i : held_)
+      for (const size_t j : held_) scaled.push_back(K(i, j) / std::sqrt(K(i, i) * K(j, j)));
+    if (held_.empty() || phs::symmetric_eigenvalues(held_.size(), scaled)[0] < 1e-9) held_.clear();
+  }
+  double operator()(const Vec& x) {
+    Vec d(n_);
+    for (const size_t i : held_) d[i] = x[i] - loop_.rest()[i];
+    for (const auto& b : loop_.plant().description().blocks)
+      if (b.kind == phs::BlockKind::angle && size_t(b.at) < n_) d[size_t(b.at)] -= turns(b, d);
+    double sum = 0;
+    for (const size_t i : held_)
+      for (const size_t j : held_) sum += 0.5 * d[i] * K(i, j) * d[j];
+    return sum;
+  }
+
+ private:
+  double K(size_t i, size_t j) const { return K_[i * loop_.rest().size() + j]; }
+  /// The full turns in an offset, or 0 where H_d is another after them.
+  double turns(const phs::Block& b, const Vec& d) const {
+    const auto i = size_t(b.at);
+    const double turn = 2 * std::acos(-1.0), whole = turn * std::round(d[i] / turn);
+    Vec x = loop_.rest();
+    const double rest = system_->hamiltonian(x);
+    x[i] += whole;
+    return system_->hamiltonian(x) - rest < 1e-9 * K(i, i) ? whole : 0;
+  }
+
+  const ClosedLoop& loop_;
+  std::unique_ptr<phs::System<double>> system_;
+  size_t n_;
+  Vec K_;
+  std::vector<size_t> held_;
+};
+
+}  // namespace
+
+std::string share_of_limits(const Vec& peak, const Vec& limits) {
+  if (limits.empty()) return "";
+  double share = 0;
+  for (size_t j = 0; j < limits.size(); ++j) share = std::max(share, peak[j] / limits[j]);
+  return fmt::format("{:.0f} % of its limit", 100 * share);
+}
+
+std::string of_start(const CertifyOptions& o, size_t s) {
+  return o.starts.size() > 1 ? fmt::format(", start {}", s + 1) : "";
+}
+
+void certify_runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
+  const double rest = loop.instantiate<double>()->hamiltonian(loop.rest());
+  HeldOffset offset(loop);
+  // Near the rest point both energies are alike; ten times leaves room for a V_d that is not
+  // quadratic, and a part of the start for rounding.
+  const auto elsewhere = [&](const Run& r) {
+    const double left = std::fabs(r.H.back() - rest), begun = std::fabs(r.H.front() - rest);
+    return r.finished && left <= o.settled * begun && offset(r.x.back()) > 10 * left + 1e-6 * begun;
+  };
+  const auto settled = [&](const Run& r) {
+    return r.finished &&
+           std::fabs(r.H.back() - rest) <= o.settled * std::fabs(r.H.front() - rest) &&
+           !elsewhere(r);
+  };
+  // If some directions have no stiffness (a floating base, a quaternion's sign), there is no single
+  // state from which a distance could be measured.
+  const bool whole = !loop.certificate().has("directions without stiffness") ||
+                     loop.certificate().item("directions without stiffness").value == 0;
+  for (size_t s = 0; s < o.starts.size(); ++s)
+    for (const double period : o.periods) {
+      RunOptions run = o.run;
+      run.period = period;
+      const Run r = simulate(loop, o.starts[s], run);
+      const double H0 = std::fabs(r.H.front() - rest);
+      const bool lost = elsewhere(r);
+      const std::string name =
+          (period > 0 ? fmt::format("run at {:g} ms", 1e3 * period) : "run, continuous") +
+          of_start(o, s);
+      c.add({name,
+             H0 > 0 && settled(r) ? Finding::holds : Finding::fails,
+             (r.H.back() - rest) / H0,
+             o.settled,
+             !r.finished ? "did not finish: " + r.outcome
+             : !(H0 > 0) ? "H_d is that of the rest at the start already: expected another start"
+             : lost      ? fmt::format("H_d left, relative; {:g} s; it ends at another minimum",
+                                       run.duration)
+             : whole ? fmt::format("H_d left, relative; {:g} s, state off by {:.2e}", run.duration,
+                                   distance(loop, r.x.back()))
+                     : fmt::format("H_d left, relative; {:g} s", run.duration),
+             {},
+             lost ? Vec(r.x.back().begin(), r.x.back().begin() + long(loop.rest().size() / 2))
+                  : Vec{}});
+      // With a hold H_d may rise; with the law in continuous time it must not.
+      const double allowed = 1e-11 * std::max(H0, std::fabs(rest));
+      const std::string rise = name + ", rise of H_d";
+      if (period == 0 && run.limits.empty())
+        c.at_most(rise, r.rise, allowed, "in a step [J]");
+      else
+        c.report(rise, r.rise, "in a step [J]");
+      if (period > 0 || !run.limits.empty())
+        c.report(name + ", injected", r.injected,
+                 fmt::format("energy put into H_d [J], to {:.1g} of the quadrature", r.quadrature));
+      c.report(name + ", input peak", *std::max_element(r.peak.begin(), r.peak.end()),
+               share_of_limits(r.peak, run.limits), r.peak.size() > 1 ? r.peak : Vec{});
+    }
+  if (o.plants.empty() || o.starts.empty()) return;
+  size_t good = 0, all = 0;
+  for (const auto& plant : o.plants)
+    for (const auto& start : o.starts) {
+      RunOptions run = o.run;
+      run.plant = plant.get();
+      run.period = o.periods.back();
+      run.record = run.duration / 10;
+      good += settled(simulate(loop, start, run));
+      ++all;
+    }
+  c.report("settles with other parameters", double(good) / double(all),
+           fmt::format("{} of {} runs on {} plants", good, all, o.plants.size()));
+}
+
+}  // namespace porthos::energy_shaping
