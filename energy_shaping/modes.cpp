@@ -36,6 +36,13 @@ void report_modes(Certificate& certificate, std::span<const std::complex<double>
       text += " (grows)";
   }
   certificate.report("modes", all[0].frequency, text, numbers);
+  const auto& least = *std::ranges::min_element(
+      all, {}, [](const Mode& m) { return m.damping_ratio < 0 ? HUGE_VAL : m.damping_ratio; });
+  if (least.damping_ratio >= 0 && least.damping_ratio < 0.01)
+    certificate.report("hardly damped", least.damping_ratio,
+                       fmt::format("damping ratio of the mode at {:.4g} rad/s: it swings on for "
+                                   "long; raise the damping, or choose the gains by the modes",
+                                   least.frequency));
 }
 
 void report_modes(Certificate& certificate, const ClosedLoop& loop) {

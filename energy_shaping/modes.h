@@ -19,7 +19,8 @@ struct Mode {
 /// @param eigenvalues  any number, conjugates included [1/s]
 std::vector<Mode> modes(std::span<const std::complex<double>> eigenvalues);
 
-/// Reports "modes": the slowest frequency, and each mode in words.
+/// Reports "modes": the slowest frequency, and each mode in words. Then "hardly damped": the least
+/// damping ratio, if it is from 0 to 0.01.
 /// @param eigenvalues  as above
 void report_modes(Certificate& certificate, std::span<const std::complex<double>> eigenvalues);
 

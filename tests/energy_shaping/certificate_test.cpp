@@ -397,6 +397,7 @@ TEST(Certify, SampledUse) {
 TEST(Modes, OfTheDoubleWellAreItsLinearOscillator) {
   for (const auto& [kv, slowest, ratio] : {std::tuple{1.0, std::sqrt(2.0), std::sqrt(0.125)},
                                            {0.0, std::sqrt(2.0), 0.0},
+                                           {0.02, std::sqrt(2.0), 0.01 / std::sqrt(2.0)},
                                            {3.0, 1.0, 1.0}}) {  // λ = -1 and -2
     const MatchedLoop loop(plant(DoubleWell{}), shaping(WellShaping{.kv = kv}), {"x.force"}, {1},
                            {.region = {{0.5}, {1.5}, 1}});
@@ -405,6 +406,7 @@ TEST(Modes, OfTheDoubleWellAreItsLinearOscillator) {
     EXPECT_NEAR(item.value, slowest, 4e-16 * 8);
     EXPECT_NEAR(item.numbers.at(1), ratio, 4e-16 * 8);
     EXPECT_EQ(item.numbers.size(), kv == 3 ? 4 : 2);
+    EXPECT_EQ(loop.certificate().has("hardly damped"), kv < 0.01 * 2 * slowest);
   }
 }
 
@@ -416,6 +418,7 @@ TEST(Modes, ThatGrowSaySo) {
   EXPECT_EQ(c.item("rightmost eigenvalue").finding, Finding::fails);
   EXPECT_EQ(c.item("modes").text,
             "rad/s, the slowest; 1 rad/s (damping ratio -0.6), 3 rad/s (grows), 4 rad/s");
+  EXPECT_FALSE(c.has("hardly damped"));
 }
 
 TEST(Certify, UndampedLoopFails) {
