@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "energy_shaping/derivatives.h"
 #include "energy_shaping/matched_system-inl.h"
 #include "phs/linear_algebra/linear_algebra.h"
 #include "phs/scalars/derivative.h"
@@ -177,6 +178,20 @@ class Checks {
                     c_.coordinates().at(softest) + "'");
     c_.report("curvature of V_d", curvature.front(), "eigenvalues of the Hessian", curvature);
   }
+  /// A design for the hanging position may be meant for the upright.
+  void rest_without_law(const phs::Model& plant, const Vec& state) {
+    const Vec H = hessian(plant, state);
+    Vec V;
+    for (size_t i = 0; i < n_; ++i)
+      V.insert(V.end(), H.begin() + long(2 * n_ * i), H.begin() + long(2 * n_ * i + n_));
+    const auto curvature = phs::symmetric_eigenvalues(n_, V);
+    const double least = curvature.front(), most = curvature.back();
+    if (most > 0 && least >= -1e-9 * most)
+      c_.report("rest without the law", least,
+                "V of the plant falls nowhere from the rest point: a pendulum hangs there; for the "
+                "upright state another rest",
+                curvature, state);
+  }
 
  private:
   Vec input_squared() const {  // GᵀG
@@ -250,6 +265,7 @@ void MatchedLoop::check() {
   if (!certificate_.holds()) return;  // the other conditions assume it
   checks.matching(*plant_->instantiate<double>(), options_.matching);
   checks.rest_point(*shaping_, rest);
+  checks.rest_without_law(*plant_, rest_);
 }
 
 }  // namespace porthos::energy_shaping

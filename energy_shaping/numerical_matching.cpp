@@ -64,21 +64,21 @@ struct FourierDesign {
   static constexpr bool solve_skew = true;
   std::string name;
   size_t r, s;
-  double rho, ku, kv;
+  double rho, ku, kv, rest_r, rest_s;
   Chebyshev rr, rs, ss, constant, cosine, sine;
 
   std::vector<Gain> gains() const { return {{"ku", ku}, {"kv", kv}}; }
   template <class S, class T>
   void mass(std::span<const S> q, std::span<const T>, std::span<S> Md) const {
-    Md[3 * r] = rr(q[r]);
-    Md[1] = Md[2] = rs(q[r]);
-    Md[3 * s] = ss(q[r]);
+    const S x = q[r] - S(rest_r);
+    Md[3 * r] = rr(x);
+    Md[1] = Md[2] = rs(x);
+    Md[3 * s] = ss(x);
   }
   template <class S, class T>
   S potential(std::span<const S> q, std::span<const T> k) const {
-    const S z = q[s] - S(rho) * q[r];
-    return constant(q[r]) + cosine(q[r]) * phs::cos(q[s]) + sine(q[r]) * phs::sin(q[s]) +
-           S(0.5) * S(k[0]) * z * z;
+    const S x = q[r] - S(rest_r), y = q[s] - S(rest_s), z = y - S(rho) * x;
+    return constant(x) + cosine(x) * phs::cos(y) + sine(x) * phs::sin(y) + S(0.5) * S(k[0]) * z * z;
   }
 };
 
@@ -86,11 +86,14 @@ struct FourierDesign {
   throw InvalidArgument("numerical matching '" + o.name + "': " + why);
 }
 
-/// The quantities of the plant that the quadratures need.
+/// The quantities of the plant that the quadratures need, r and s from the rest point.
 class Probe {
  public:
-  Probe(const phs::Model& plant, size_t r)
-      : system_(plant.instantiate<phs::Dual>()), r_(r), s_(1 - r) {}
+  Probe(const phs::Model& plant, const NumericalMatching& o)
+      : system_(plant.instantiate<phs::Dual>()),
+        r_(size_t(o.unactuated)),
+        s_(1 - r_),
+        rest_(o.rest) {}
 
   struct Mass {
     double rr, rs, ss, d_rr, d_rs, d_ss;  ///< and ∂/∂r
@@ -99,7 +102,8 @@ class Probe {
     phs::Dual I[4];  // M⁻¹
     for (size_t j = 0; j < 2; ++j) {
       std::array<phs::Dual, 4> x{phs::Dual(0.0), phs::Dual(0.0), phs::Dual(0.0), phs::Dual(0.0)}, e;
-      x[r_] = {at, 1};
+      x[s_] = rest_[s_];
+      x[r_] = {rest_[r_] + at, 1};
       x[2 + j] = 1.0;
       system_->gradient(x, e);
       for (size_t i = 0; i < 2; ++i) I[2 * i + j] = e[2 + i];
@@ -111,8 +115,8 @@ class Probe {
   /// ∂V/∂r
   double slope(double r, double s) {
     std::array<phs::Dual, 4> x{phs::Dual(0.0), phs::Dual(0.0), phs::Dual(0.0), phs::Dual(0.0)}, e;
-    x[r_] = r;
-    x[s_] = s;
+    x[r_] = rest_[r_] + r;
+    x[s_] = rest_[s_] + s;
     system_->gradient(x, e);
     return e[r_].v;
   }
@@ -120,6 +124,7 @@ class Probe {
  private:
   std::unique_ptr<phs::System<phs::Dual>> system_;
   size_t r_, s_;
+  std::array<double, 2> rest_;
 };
 
 /// The steps of a design for one plant and its options.
@@ -142,6 +147,8 @@ class FourierMatching {
                     .rho = rho_,
                     .ku = o_.ku,
                     .kv = o_.kv,
+                    .rest_r = o_.rest[size_t(o_.unactuated)],
+                    .rest_s = o_.rest[size_t(1 - o_.unactuated)],
                     .rr = {},
                     .rs = {},
                     .ss = {},
@@ -254,7 +261,7 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
   if (!(o.half_width > 0) || !(o.scale > 0) || !(o.determinant > 0) || o.degree < 8)
     refuse(o, "half_width, scale, determinant > 0 and a degree >= 8 are needed");
   const auto r = size_t(o.unactuated);
-  Probe probe(*plant, r);
+  Probe probe(*plant, o);
   auto design = FourierMatching(d, o, probe).design();
 
   MatchingOptions options;
@@ -263,10 +270,14 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
   options.region.upper.assign(2, o.other);
   options.region.lower[r] = -o.half_width;
   options.region.upper[r] = o.half_width;
+  for (size_t i = 0; i < 2; ++i) {
+    options.region.lower[i] += o.rest[i];
+    options.region.upper[i] += o.rest[i];
+  }
   options.region.rate = o.rate;
   return std::make_shared<MatchedLoop>(std::move(plant), shaping(std::move(design)),
                                        std::vector<std::string>{o.actuator},
-                                       std::vector<double>{0, 0}, options);
+                                       std::vector<double>{o.rest[0], o.rest[1]}, options);
 }
 
 }  // namespace porthos::energy_shaping

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <string>
 
 #include "energy_shaping/designs.h"
@@ -25,13 +26,14 @@ struct NumericalMatching {
   double scale = 1;        ///< |λ_r| at rest
   double determinant = 1;  ///< > 0
   double ku = 100, kv = 1;
-  double other = 3;        ///< the region: |s| up to this
-  double rate = 2;         ///< and |q'_i| up to this
-  int degree = 60;         ///< of the polynomials
-  double matching = 1e-6;  ///< bound of the residuals
+  double other = 3;                  ///< the region: |s| up to this
+  double rate = 2;                   ///< and |q'_i| up to this
+  int degree = 60;                   ///< of the polynomials
+  double matching = 1e-6;            ///< bound of the residuals
+  std::array<double, 2> rest{0, 0};  ///< q*, an equilibrium of the plant; r and s count from it
 };
 
-/// Rest at q = 0, an equilibrium of the plant. @throws InvalidArgument where ρ M_rs + M_rr vanishes
+/// Rest at q*. Its certificate tells where the plant would rest there without control. @throws InvalidArgument where ρ M_rs + M_rr vanishes
 /// in the interval (with the place), V is not of the form above, the polynomials do not resolve the
 /// functions, or MatchedLoop refuses
 LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& options);

@@ -22,19 +22,34 @@ void bind_numerical_matching(py::module_& m) {
       "numerical_matching",
       [](std::shared_ptr<const phs::Model> plant, const std::string& actuator, double ratio,
          int unactuated, double half_width, double scale, double determinant, double ku, double kv,
-         double other, double rate, int degree, double matching, const std::string& name) {
+         double other, double rate, int degree, double matching, const std::string& name,
+         const Numbers& rest) {
+        require_size("rest", rest.size(), 2);
         const py::gil_scoped_release released;
-        return std::const_pointer_cast<es::MatchedLoop>(es::numerical_matching(
-            std::move(plant), {name, actuator, unactuated, ratio, half_width, scale, determinant,
-                               ku, kv, other, rate, degree, matching}));
+        return std::const_pointer_cast<es::MatchedLoop>(
+            es::numerical_matching(std::move(plant), {name,
+                                                      actuator,
+                                                      unactuated,
+                                                      ratio,
+                                                      half_width,
+                                                      scale,
+                                                      determinant,
+                                                      ku,
+                                                      kv,
+                                                      other,
+                                                      rate,
+                                                      degree,
+                                                      matching,
+                                                      {rest[0], rest[1]}}));
       },
       arg("plant"), py::kw_only(), arg("actuator"), arg("ratio"), arg("unactuated") = 1,
       arg("half_width") = 1.0, arg("scale") = 1.0, arg("determinant") = 1.0, arg("ku") = 100.0,
       arg("kv") = 1.0, arg("other") = 3.0, arg("rate") = 2.0, arg("degree") = 60,
-      arg("matching") = 1e-6, arg("name") = "numerical matching",
-      R"(Matching (IDA-PBC) of two coordinates with one actuator without a closed form: a MatchedLoop that rests at q = 0.
+      arg("matching") = 1e-6, arg("name") = "numerical matching", arg("rest") = Numbers{0, 0},
+      R"(Matching (IDA-PBC) of two coordinates with one actuator without a closed form: a MatchedLoop that rests at q = rest.
 
-plant: two coordinates, an equilibrium at q = 0; its masses depend on the coordinate r without actuator alone (a pendubot, a
+plant: two coordinates, an equilibrium at q = rest, from which r and s count: state the upright if the model hangs at 0 (the
+certificate has a line "rest without the law" where the design is for a hanging position). Its masses depend on the coordinate r without actuator alone (a pendubot, a
 cart and pole). actuator: port of the other one, s. ratio: rho = lambda_s/lambda_r of lambda = M^-1 M_d e_r. unactuated: r, 0 or
 1; it is looked at within +-half_width [rad | m], |s| up to `other`, |q'_i| up to `rate`. scale: |lambda_r| at rest;
 determinant: det M_d over its (r, r) number. ku, kv: gains of s - rho r and of damping. degree of the Chebyshev polynomials;

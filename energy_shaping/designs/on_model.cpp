@@ -73,10 +73,9 @@ class TwoJoints {
     const double sine = mechanics::norm(cross(a, b));
     if (sine > 1e-3)  // the comparison of the motions sees less
       throw InvalidArgument(fmt::format(
-          "design '{}' does not apply: the axes of '{}' and '{}' are not parallel ({:.4g} "
-          "degrees), "
-          "expected a wheel about the pendulum's axis; a rotary pendulum is for swing_up and lqr, "
-          "or Python's numerical_matching",
+          "design '{}' does not apply: the axes of '{}' and '{}' are {:.4g} degrees apart, "
+          "expected parallel ones; a rotary pendulum is for swing_up and lqr, or Python's "
+          "numerical_matching",
           design, c[d].joint, c[o].joint,
           180 / pi * std::atan2(sine, std::fabs(mechanics::dot(a, b)))));
   }

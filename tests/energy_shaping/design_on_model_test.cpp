@@ -276,8 +276,8 @@ TEST(DesignOnModel, RefusesAModelThatIsNotTheDesigns) {
   });
   EXPECT_EQ(why,
             "design 'inertia-wheel pendulum' does not apply: the axes of 'arm_joint' and "
-            "'rod_joint' are not parallel (90 degrees), expected a wheel about the pendulum's "
-            "axis; a rotary pendulum is for swing_up and lqr, or Python's numerical_matching");
+            "'rod_joint' are 90 degrees apart, expected parallel ones; a rotary pendulum is for "
+            "swing_up and lqr, or Python's numerical_matching");
   test::keeps("characters of this sentence", double(why.size()), 220);
   // The pole driven instead of the cart: a = 0.
   says(

@@ -10,9 +10,9 @@ namespace {
 using test::agrees, test::breaks, test::keeps, test::refusal, test::Vec;
 
 /// Two links, coordinates from upright; torque at the shoulder makes it a pendubot.
-test::ModelPtr two_links() {
+test::ModelPtr two_links(double gravity = -9.8) {
   mechanics::MechanismBuilder b("pendubot");
-  b.gravity({0, 0, -9.8});
+  b.gravity({0, 0, gravity});
   const auto link = [&](const char* name, const char* parent, const char* joint, double at,
                         double m, double com, double I) {
     mechanics::BodySpec s;
@@ -102,6 +102,30 @@ TEST(NumericalMatching, CartAndPoleOfBodies) {
                 run.x[k][1], run.H[k]);
   ASSERT_TRUE(run.finished) << run.outcome;
   keeps("pole after 60 s [rad]", std::fabs(run.x.back()[1]), 1e-3);
+}
+
+/// A model that hangs at q = 0, with its upright stated: the law is that of the model whose zero is
+/// the upright, and the design for the hanging position says that it is one.
+TEST(NumericalMatching, RestsWhereItIsTold) {
+  const double pi = std::acos(-1.0);
+  const auto hanging = two_links(9.8);
+  auto turned = pendubot();
+  turned.rest = {pi, 0};
+  const auto upright = numerical_matching(two_links(), pendubot()),
+             stated = numerical_matching(hanging, turned);
+  EXPECT_EQ(stated->rest(), (Vec{pi, 0, 0, 0}));
+  EXPECT_TRUE(stated->certificate().holds());
+  const Vec x{0.1, -0.15, 0.2, 0.1}, there{pi + 0.1, -0.15, 0.2, 0.1};
+  agrees("u of the stated upright", test::law_at(*stated, there)[0], test::law_at(*upright, x)[0],
+         1e-11);
+  breaks("control: u at the other place", std::fabs(test::law_at(*stated, x)[0]), 10);
+  EXPECT_FALSE(upright->certificate().has("rest without the law"));
+  EXPECT_FALSE(stated->certificate().has("rest without the law"));
+  auto low = pendubot();
+  low.ratio = 0.6;
+  const auto below = numerical_matching(hanging, low);
+  EXPECT_NE(below->certificate().item("rest without the law").text.find("a pendulum hangs there"),
+            std::string::npos);
 }
 
 TEST(NumericalMatching, RefusesWithTheReason) {

@@ -82,6 +82,9 @@ def test_numerical_matching_of_a_mechanism(pendubot):
     assert abs(run.x[-1][:2]).max() < 1e-2 < abs(run.x[0][:2]).max()
     refused(lambda: es.numerical_matching(pendubot, **{**keys, "half_width": 2}), "degenerates at r")
     refused(lambda: es.numerical_matching(pendubot, **{**keys, "actuator": "elbow.torque"}), "matching, ")
+    turned = es.numerical_matching(pendubot, **keys, rest=[2 * np.pi, 0])
+    assert np.allclose(turned.rest, [2 * np.pi, 0, 0, 0]) and "rest without the law" not in turned.certificate.text()
+    refused(lambda: es.numerical_matching(pendubot, **keys, rest=[0]), "rest")
 
 
 @pytest.fixture(scope="module")

@@ -683,10 +683,11 @@ def fastest(results: list[SweepResult], limit: float) -> Optional[int]:
     """Index of the run that settles first among those with peak <= limit; None if none does."""
     ...
 
-def numerical_matching(plant: Model, *, actuator: str, ratio: float, unactuated: int = 1, half_width: float = 1.0, scale: float = 1.0, determinant: float = 1.0, ku: float = 100.0, kv: float = 1.0, other: float = 3.0, rate: float = 2.0, degree: int = 60, matching: float = 1e-06, name: str = 'numerical matching') -> MatchedLoop:
-    """Matching (IDA-PBC) of two coordinates with one actuator without a closed form: a MatchedLoop that rests at q = 0.
+def numerical_matching(plant: Model, *, actuator: str, ratio: float, unactuated: int = 1, half_width: float = 1.0, scale: float = 1.0, determinant: float = 1.0, ku: float = 100.0, kv: float = 1.0, other: float = 3.0, rate: float = 2.0, degree: int = 60, matching: float = 1e-06, name: str = 'numerical matching', rest: list[float] = [0.0, 0.0]) -> MatchedLoop:
+    """Matching (IDA-PBC) of two coordinates with one actuator without a closed form: a MatchedLoop that rests at q = rest.
 
-    plant: two coordinates, an equilibrium at q = 0; its masses depend on the coordinate r without actuator alone (a pendubot, a
+    plant: two coordinates, an equilibrium at q = rest, from which r and s count: state the upright if the model hangs at 0 (the
+    certificate has a line "rest without the law" where the design is for a hanging position). Its masses depend on the coordinate r without actuator alone (a pendubot, a
     cart and pole). actuator: port of the other one, s. ratio: rho = lambda_s/lambda_r of lambda = M^-1 M_d e_r. unactuated: r, 0 or
     1; it is looked at within +-half_width [rad | m], |s| up to `other`, |q'_i| up to `rate`. scale: |lambda_r| at rest;
     determinant: det M_d over its (r, r) number. ku, kv: gains of s - rho r and of damping. degree of the Chebyshev polynomials;
