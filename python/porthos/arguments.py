@@ -30,6 +30,9 @@ def sentence(function: str, text: str, arguments: tuple, keywords: dict) -> str:
             return f"{function} is {_told(arguments[0])}, expected {_expected(signatures[0][0].kind)}"
     found = [_faults(s, arguments, keywords) for s in signatures]
     fewest = min(found, key=len)
+    if any(map(_carries_derivatives, [*arguments, *keywords.values()])) and (not fewest or "Dual" in fewest[0][0]):
+        return (f"{function}() takes no numbers that carry derivatives: systems and continuous laws are also called with such; "
+                "compute with them, or give the law a period > 0")
     if not fewest:
         wanted = " or ".join(f"{function}({', '.join(p.name for p in s)})" for s in signatures)
         return f"{function}(): {', '.join(map(_told, arguments)) or 'nothing'} does not fit, expected {wanted}"
@@ -62,6 +65,13 @@ def _faults(parameters: List[_Parameter], arguments: tuple, keywords: dict) -> l
         elif _fits(given[p.name], p.kind) is False:
             faults.append((f"'{p.name}' is {_told(given[p.name])}", _expected(p.kind)))
     return faults
+
+
+def _carries_derivatives(value: Any) -> bool:
+    """A Dual, or an array of them: what a system's functions are called with for their derivatives."""
+    if getattr(value, "dtype", None) == object and value.size:
+        value = value.flat[0]
+    return type(value).__name__ == "Dual"
 
 
 def _told(value: Any) -> str:

@@ -280,6 +280,7 @@ class Table {
       if (!node.is_table())
         refuse(file_.at(node.source()), fmt::format("{} is {}, expected a table with the keys {}",
                                                     full, found(node), joined(names_of(inner))));
+      refuse_own_keys(*node.as_table(), full, names_of(inner));
       f(std::string(name.str()), where, Table(file_, *node.as_table(), full, full + ".", inner));
     }
   }
@@ -304,6 +305,14 @@ class Table {
   double above_0(const char* key, double x) const {
     if (!(x > 0)) fail(key, fmt::format("is {}, expected a number{} above 0", x, of_unit(of(key))));
     return x;
+  }
+  /// A key of this table that stands in a table inside it.
+  void refuse_own_keys(const toml::table& t, const std::string& name, const Names& known) const {
+    for (const auto& [key, value] : t)
+      if (std::ranges::count(known_, key.str()) > 0 && std::ranges::count(known, key.str()) == 0)
+        refuse(file_.at(key.source()), fmt::format("unknown key '{}' in {}, expected it in {} "
+                                                   "itself (known: {})",
+                                                   key.str(), name, label_, joined(known)));
   }
   void check_known(const toml::key& key) const {
     if (std::find(known_.begin(), known_.end(), key.str()) != known_.end()) return;

@@ -28,6 +28,25 @@ SENTENCES = [
 ]
 
 
+def test_a_law_in_python_that_calls_one_without_derivatives():
+    """gauss8 asks a continuous law for derivatives. Control: with a period it is called with numbers alone."""
+    loop = energy_shaping.cart_pole(energy_shaping.CartPole())
+
+    def run(period):
+        n = ph.Network("cart and pole")
+        n.add("arm", energy_shaping.cart_pole_plant(energy_shaping.CartPole()))
+        n.control("law", "arm.cart.force", ph.law(lambda t, x, y: loop.law(t, x)), period=period)
+        return ph.simulate(n.build(), [0.1, 0, 0, 0], step=0.01, duration=0.1, progress=False)
+
+    with pytest.raises(TypeError) as error:
+        run(0)
+    assert str(error.value) == ("law() takes no numbers that carry derivatives: systems and continuous laws are also called with such; "
+                                "compute with them, or give the law a period > 0")
+    assert len(run(0.01).x) > 1
+    with pytest.raises(TypeError, match=r"^law\(\): 'x' is missing"):
+        loop.law(0)
+
+
 @pytest.mark.parametrize("call, sentence", SENTENCES, ids=[s for _, s in SENTENCES])
 def test_sentence(call, sentence):
     with pytest.raises(TypeError) as error:

@@ -280,6 +280,10 @@ TEST(ControllerScene, IdaPbcBringsACartPoleUprightAndTheCartToItsPlace) {
   refused("P = 1.0", "P = -1.0", "k, m22, P > 0");
   refused("3.141592653589793", "0.0",
           "'hinge' hangs at its target, expected the upright; likely cause: the target of 'hinge'");
+  refused(
+      "target = 1.0", "target = 1.0, limit = 2.0",
+      "unknown key 'limit' in joints.slide, expected it in [[controller]] itself (known: target)");
+  refused("target = 1.0", "target = 1.0, limt = 2.0", "nearest known one is 'target'");
   refused("\"slide\"", "\"hinge\"", "likely cause: drives = \"hinge\", which may be \"slide\"");
 }
 
