@@ -683,7 +683,7 @@ def fastest(results: list[SweepResult], limit: float) -> Optional[int]:
     """Index of the run that settles first among those with peak <= limit; None if none does."""
     ...
 
-def numerical_matching(plant: Model, *, actuator: str, ratio: float, unactuated: int = 1, half_width: float = 1.0, scale: float = 1.0, determinant: float = 1.0, ku: float = 100.0, kv: float = 1.0, other: float = 3.0, rate: float = 2.0, degree: int = 60, matching: float = 1e-06, name: str = 'numerical matching', rest: list[float] = [0.0, 0.0]) -> MatchedLoop:
+def numerical_matching(plant: Model, *, actuator: str, ratio: float, unactuated: int = 1, half_width: float = 1.0, scale: float = 1.0, determinant: float = 1.0, ku: float = 100.0, kv: float = 1.0, other: float = 3.0, rate: float = 2.0, degree: int = 60, matching: float = 1e-06, name: str = 'numerical matching', rest: list[float] = ...) -> MatchedLoop:
     """Matching (IDA-PBC) of two coordinates with one actuator without a closed form: a MatchedLoop that rests at q = rest.
 
     plant: two coordinates, an equilibrium at q = rest, from which r and s count: state the upright if the model hangs at 0 (the
