@@ -33,9 +33,9 @@ struct NumericalMatching {
   std::array<double, 2> rest{0, 0};  ///< q*, an equilibrium of the plant; r and s count from it
 };
 
-/// Rest at q*. Its certificate tells where the plant would rest there without control. @throws InvalidArgument where ρ M_rs + M_rr vanishes
-/// in the interval (with the place), V is not of the form above, the polynomials do not resolve the
-/// functions, or MatchedLoop refuses
+/// Rest at q*. Its certificate tells if the plant hangs there. @throws InvalidArgument where
+/// ρ M_rs + M_rr vanishes in the interval (with the place), V is not of the form above, the
+/// polynomials do not resolve the functions, or MatchedLoop refuses
 LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& options);
 
 }  // namespace porthos::energy_shaping
