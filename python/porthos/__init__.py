@@ -25,6 +25,7 @@ from .energy_shaping import matched_loop as _  # the submodules of this package 
 from .vsa import formula as _  # noqa: F811
 from .ensembles import EnsembleResult
 from .envs import Env, VectorEnv
+from .judging import judge
 from .plans import Plan
 from .results import Comparison, Identification, Result, Sensitivity, open
 from .runs import Scene, compare, film, report, simulate, verify

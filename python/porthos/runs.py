@@ -110,7 +110,7 @@ class Scene:
             line.finish()
         if interrupted:
             raise KeyboardInterrupt(f"interrupted; continue with resume=True from {out}")
-        _report_beside(out)
+        report_beside(out)
         return open_ensemble(out)
 
     def extend(self, to: float, out: PathLike | None = None, *, progress: Tell = None) -> Result:
@@ -188,7 +188,7 @@ class Scene:
         of_all = None if sigma is None or isinstance(sigma, Mapping) else float(sigma)
         found = _core.identify_scene(self.data, columns, names, of_all, by_name, None if out is None else str(out))
         if out is not None:
-            _report_beside(out)
+            report_beside(out)
         return Identification(**found)
 
     def __repr__(self) -> str:
@@ -203,11 +203,12 @@ def _into(data, assembly, out: PathLike, resume: bool, symmetry: bool, progress:
         line.finish()
     if interrupted:
         raise KeyboardInterrupt(f"interrupted; continue with resume=True from {out}")
-    _report_beside(out, _core.model_folders(data))
+    report_beside(out, _core.model_folders(data))
     return Result(json.loads(summary), Path(out))
 
 
-def _report_beside(out: PathLike, models: Sequence[PathLike] = ()) -> None:
+def report_beside(out: PathLike, models: Sequence[PathLike] = ()) -> None:
+    """report.html into a folder of results, where there is a template of the page."""
     if report_template() is None:
         return
     try:

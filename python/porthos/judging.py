@@ -1,0 +1,50 @@
+"""Trajectories that another program made."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Mapping
+
+import numpy as np
+
+from . import _core
+from ._core import InvalidArgument
+from .results import PathLike, Result
+from .runs import report_beside
+
+
+def judge(trajectory: PathLike | Mapping[str, Any], model: PathLike, *, map: PathLike | None = None, out: PathLike | None = None) -> Result:
+    """The verdict for a trajectory of another program, as for a run: energy, momenta, growth law, the balance with the work of torques.
+
+    trajectory: a file, CSV or HDF5, or columns by name, (k,) or (k, n): "time" [s] and those that `map` names, without it the
+    names that Porthos gives ("elbow", "v.elbow", "base.attitude" (k, 4), ...; docs/judge.md). model: a URDF file. map: a TOML
+    file that says what the columns mean. out: the folder of results (default: results/<name of the file>-judge; of columns
+    required: they are written there as trajectory.csv).
+
+    Raises InvalidArgument with file and line for a missing column, a value that is not a number, time that does not increase, a map
+    that does not fit the model.
+    """
+    if isinstance(trajectory, Mapping):
+        if out is None:
+            raise InvalidArgument("columns are judged without out, expected a folder for them and their results")
+        file = Path(out) / "trajectory.csv"
+        _write_csv(file, trajectory)
+    else:
+        file = Path(trajectory)
+        out = Path(out) if out is not None else Path("results") / f"{file.stem}-judge"
+    summary = _core.judge_into(str(file), str(model), "" if map is None else str(map), str(out))
+    report_beside(out, [Path(model).resolve().parent])
+    return Result(json.loads(summary), Path(out))
+
+
+def _write_csv(file: Path, columns: Mapping[str, Any]) -> None:
+    values = {name: np.asarray(column, dtype=float) for name, column in columns.items()}
+    if len({column.shape[:1] for column in values.values()}) != 1 or any(column.ndim not in (1, 2) for column in values.values()):
+        raise InvalidArgument(f"the columns have the shapes {[c.shape for c in values.values()]}, expected (k,) or (k, n) with one k")
+    names = [name if column.ndim == 1 else f"{name}[{i}]" for name, column in values.items() for i in range(column[0].size if len(column) else 1)]
+    rows = np.column_stack(list(values.values()))
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with open(file, "w", encoding="utf-8") as text:
+        text.write(",".join(names) + "\n")
+        text.writelines(",".join(map(repr, row)) + "\n" for row in rows.tolist())

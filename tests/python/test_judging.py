@@ -1,0 +1,41 @@
+"""Trajectories of other programs: judge()."""
+import numpy as np
+
+import porthos as ph
+from test_dynamics import refused
+from test_plans import URDF
+
+
+def turning(rate, steps=200):
+    t = np.linspace(0, 2, steps + 1)
+    return {"time": t, "axle": 0.3 + rate * t, "v.axle": np.full(steps + 1, rate)}
+
+
+def test_columns(tmp_path):
+    """A wheel turns steadily. Control: one that speeds up gains energy."""
+    model = tmp_path / "wheel.urdf"
+    model.write_text(URDF)
+    steady = ph.judge(turning(0.7), model, out=tmp_path / "steady")
+    assert steady.verdict == "pass" and steady.folder == tmp_path / "steady"
+    assert (tmp_path / "steady" / "run.h5").exists()
+    faster = turning(0.7)
+    faster["v.axle"] = 0.7 + 0.05 * faster["time"]
+    faster["axle"] = 0.3 + 0.7 * faster["time"] + 0.025 * faster["time"] ** 2
+    gaining = ph.judge(faster, model, out=tmp_path / "gaining")
+    assert gaining.verdict == "fail"
+    # the file that was written for the first, as a file
+    again = ph.judge(tmp_path / "steady" / "trajectory.csv", model, out=tmp_path / "again")
+    assert again.summary["energy"] == steady.summary["energy"]
+
+
+def test_refusals(tmp_path):
+    model = tmp_path / "wheel.urdf"
+    model.write_text(URDF)
+    refused(lambda: ph.judge(turning(1), model), "columns are judged without out, expected a folder")
+    odd = turning(1)
+    odd["axle"] = odd["axle"][1:]
+    refused(lambda: ph.judge(odd, model, out=tmp_path / "odd"),
+            "the columns have the shapes [(201,), (200,), (201,)], expected (k,) or (k, n) with one k")
+    missing = turning(1)
+    del missing["axle"]
+    refused(lambda: ph.judge(missing, model, out=tmp_path / "missing"), "axle")
