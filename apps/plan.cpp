@@ -24,6 +24,11 @@ std::string plan_text(const scene::PlanReport& r, const std::string& title,
                         r.duration == r.end_time->shortest  ? ", the shortest that is allowed"
                         : r.duration == r.end_time->longest ? ", the longest that is allowed"
                                                             : "");
+  if (r.meshes.size() > 1)
+    text +=
+        fmt::format("meshes      {}, from steps of {:g} s; the cost changed by {:.1e} at last\n",
+                    r.meshes.size(), r.meshes.front().step,
+                    std::fabs(1 - r.meshes[r.meshes.size() - 2].cost / p.cost));
   if (p.active_limits > 0) text += fmt::format("limits      {} are reached\n", p.active_limits);
   for (const auto& note : r.notes) text += "note        " + note + "\n";
   if (p.status != planning::Plan::Status::optimal)

@@ -86,6 +86,8 @@ Json plan_json(const PlanReport& r, const PlanProblem& made) {
                        {"stationarity", l.stationarity},
                        {"step", l.step},
                        {"regularisation", l.regularisation}});
+  Json meshes = Json::array();
+  for (const auto& m : r.meshes) meshes.push_back({{"step_s", m.step}, {"cost", m.cost}});
   return {{"status", to_string(plan.status)},
           {"cost", plan.cost},
           {"residual", plan.residual},
@@ -100,6 +102,7 @@ Json plan_json(const PlanReport& r, const PlanProblem& made) {
           {"step_s", r.step},
           {"duration_s", r.duration},
           {"duration_slope", plan.duration_slope},
+          {"meshes", meshes},
           {"time_weight", r.end_time ? Json(r.end_time->weight) : Json()},
           {"inputs", r.inputs},
           {"input_values", made.problem.inputs == planning::Inputs::held ? "held" : "polynomial"},
@@ -160,6 +163,19 @@ planning::Plan solved(PlanProblem& made, const std::optional<planning::EndTime>&
   return *std::move(plan);
 }
 
+/// Halves the steps of an optimal plan until its cost settles.
+std::vector<planning::Mesh> refined(PlanProblem& made, planning::Plan& plan,
+                                    const PlanScene& wanted) {
+  planning::PlannerOptions options = wanted.options;
+  options.approach = false;
+  return planning::refine(made.problem, plan, *wanted.mesh_error,
+                          [&](planning::Problem& p, const planning::Trajectory& guess) {
+                            return wanted.end_time
+                                       ? solve_end_time(p, guess, *wanted.end_time, options)
+                                       : planning::solve(p, guess, options);
+                          });
+}
+
 }  // namespace
 
 PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string& out,
@@ -173,6 +189,8 @@ PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string&
   r.method = scene.method;
   const auto begin = std::chrono::steady_clock::now();
   r.plan = solved(made, wanted.end_time, wanted.options, r.without_approach);
+  if (wanted.mesh_error && r.plan.status == planning::Plan::Status::optimal)
+    r.meshes = refined(made, r.plan, wanted);
   r.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   r.duration = made.problem.duration;
   r.step = made.problem.step();
@@ -188,6 +206,11 @@ PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string&
                                    to_string(r.plan.status), r.plan.cost)));
   write_file(folder / "costates.csv", costates_csv(made, d, r.plan.costates));
   r.notes = beyond_limits(made, assembly, r.plan.motion);
+  if (!r.meshes.empty() && !planning::settled(r.meshes, *wanted.mesh_error))
+    r.notes.push_back(
+        fmt::format("the cost has not settled to mesh_error = {} at steps of {:.6g} "
+                    "s, expected a larger one or a method of higher order",
+                    *wanted.mesh_error, r.step));
   if (r.plan.status == planning::Plan::Status::optimal) {
     r.replay_path = (folder / "replay.toml").string();
     write_file(folder / "model.urdf", scene.urdf_text);

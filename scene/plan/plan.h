@@ -2,6 +2,7 @@
 #include <atomic>
 #include <string>
 
+#include "planning/mesh.h"
 #include "scene/plan/plan_scene.h"
 
 namespace porthos::scene {
@@ -16,6 +17,7 @@ struct PlanReport {
   std::string method;
   double step = 0, duration = 0;                   ///< [s], of the plan
   std::optional<planning::EndTime> end_time = {};  ///< if it was free
+  std::vector<planning::Mesh> meshes = {};         ///< with mesh_error, the first one included
   double seconds = 0;                              ///< wall time of the solver
   /// Largest distance of the end of the replayed run from the planned end, over the state numbers,
   /// each relative to 1 + its size; NaN if the replay failed.

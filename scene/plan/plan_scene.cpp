@@ -182,6 +182,7 @@ PlanScene read_plan(const Scene& scene) {
   p.options.tolerance = t.positive("tolerance");
   p.smoothing = t.positive("smoothing");
   p.end_time = read_end_time(scene, t);
+  if (t.has("mesh_error")) p.mesh_error = t.positive("mesh_error");
   t.require("joints", "a table of joints");
   t.each("joints", [&](const std::string& name, const std::string& where, const Table& own) {
     p.joints.push_back(read_joint(name, where, own));

@@ -30,6 +30,7 @@ struct PlanScene {
   planning::PlannerOptions options;
   double smoothing = 1;  ///< of drawn power [W]
   std::optional<planning::EndTime> end_time = {};
+  std::optional<double> mesh_error = {};  ///< relative
   std::vector<PlannedJoint> joints;
   std::optional<std::array<double, 4>> attitude = {};  ///< of the base, at the end
   double base_weight = 0;                              ///< of ∫ |ω|²

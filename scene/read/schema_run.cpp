@@ -179,6 +179,8 @@ std::vector<SchemaTable> run_tables() {
                "of the duration in the cost: the end time is free, [run] duration its first guess"),
         number("shortest", "s", "0", "end time, with time_weight"),
         number("longest", "s", "none", "end time, with time_weight"),
+        number("mesh_error", "1", "none",
+               "halve the steps until the cost changes by at most this part of it"),
         table("joints", "plan.joints", required, "by joint: what it may do and where it ends",
               KeyKind::named),
         table("base", "plan.base", "none", "of a free base")}},

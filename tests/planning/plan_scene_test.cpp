@@ -185,6 +185,32 @@ TEST_F(PlanScene, SwingUpsBesideThoseOfLaws) {
   }
 }
 
+/// Steps are halved until the cost settles; the replay has the last ones. Control: a cost that does
+/// not settle is noted.
+TEST_F(PlanScene, MeshesAreRefined) {
+  const auto planned = [&](const std::string& error) {
+    Scene s = changed("[plan]\n", "[plan]\nmesh_error = " + error + "\n");
+    s.method = "gauss4";
+    return scene::plan(s, scene::assemble(s), (folder_ / "out").string());
+  };
+  const auto r = planned("1e-6");
+  ASSERT_GT(r.meshes.size(), 2u);
+  std::printf("  %zu meshes, the last of %g s: cost %.9f, off by %.1e (bound 1e-6); replay %.1e\n",
+              r.meshes.size(), r.step, r.plan.cost, std::fabs(r.plan.cost / 57.944780307 - 1),
+              r.replay);
+  EXPECT_EQ(r.step, r.meshes.back().step);
+  EXPECT_LT(r.step, r.meshes.front().step);
+  EXPECT_NEAR(r.plan.cost, 57.944780307, 1e-6 * 57.94);
+  EXPECT_GT(std::fabs(r.meshes.front().cost - 57.944780307), 1e-6 * 57.94);
+  EXPECT_LT(r.replay, 1e-9);
+  EXPECT_TRUE(r.notes.empty());
+  const auto never = planned("1e-14");
+  ASSERT_EQ(never.notes.size(), 1u);
+  EXPECT_NE(never.notes[0].find("the cost has not settled to mesh_error = 1e-14"),
+            std::string::npos)
+      << never.notes[0];
+}
+
 /// A joint's rate keeps its limit, and the replay ends where planned. Control: without it the slide
 /// is faster.
 TEST_F(PlanScene, LimitsOfRates) {
