@@ -6,7 +6,10 @@
 #include <numeric>
 
 #include "ensemble/batch.h"
+#include "ensemble/held_inputs.h"
 #include "ensemble/lane_team.h"
+#include "integrators/core/turns.h"
+#include "phs/system/constraints.h"
 
 namespace porthos::ensemble {
 namespace {
@@ -48,7 +51,49 @@ std::pair<std::string, double> worst_row(const phs::Description& d, std::span<co
   return worst;
 }
 
+/// Whether x and u mean the same.
+bool alike(const phs::Description& a, const phs::Description& b) {
+  const auto same = [](const auto& x, const auto& y) {
+    return x.name == y.name && x.at == y.at && x.size == y.size;
+  };
+  return a.nx == b.nx && a.nu == b.nu && std::ranges::equal(a.blocks, b.blocks, same) &&
+         std::ranges::equal(a.ports, b.ports, same);
+}
+
 }  // namespace
+
+/// A model with what observes it and what steps it.
+class Environment::Plant {
+ public:
+  Plant(std::shared_ptr<const phs::Model> model, const EnvironmentOptions& o, int threads)
+      : held_(std::move(model)),
+        keeper_(held_.description()),
+        system_(held_.plant().instantiate<double>()),
+        constraints_(system_->constraints()) {
+    if (!held_.holds().empty())
+      throw InvalidArgument("environment: the controller '" + held_.holds()[0]->name +
+                            "' is sampled, expected none");
+    for (int i = 0; i < threads; ++i)
+      teams_.push_back(std::make_unique<LaneTeam>(held_, o.method, o.step,
+                                                  integrators::Options{.port_work = false}));
+  }
+  const phs::Model* model() const { return &held_.plant(); }
+  /// For a state with its turns.
+  phs::System<double>& at(const phs::State& s) {
+    keeper_.synchronise(s, *system_);
+    return *system_;
+  }
+  /// @throws InvalidArgument where x, angles with their turns, leaves a loop open or moves it
+  void require_on_constraints(std::span<const double> x);
+  LaneTeam& team(int thread) { return *teams_[size_t(thread)]; }
+
+ private:
+  HeldInputs held_;
+  integrators::TurnKeeper<double> keeper_;                 ///< of the turns of system_
+  std::unique_ptr<phs::System<double>> system_;            ///< for observations
+  std::unique_ptr<phs::Constraints<double>> constraints_;  ///< of it without turns; or null
+  std::vector<std::unique_ptr<LaneTeam>> teams_;           ///< of each thread
+};
 
 /// One step of one environment under one action.
 class Environment::Turn final : public BatchRun {
@@ -65,7 +110,9 @@ class Environment::Turn final : public BatchRun {
     for (const double x : last.x) finite &= std::isfinite(x);
     e_.failed_[at_] = !finite;
     if (outcome == integrators::Outcome::ok) e_.states_[at_] = last;
-    e_.terminated_[at_] = !finite || (e_.o_.ended && e_.o_.ended(e_.states_[at_].x));
+    const auto& own = e_.given_[size_t(e_.cases_[at_])].ended;
+    const auto& ended = own ? own : e_.o_.ended;
+    e_.terminated_[at_] = !finite || (ended && ended(e_.states_[at_].x));
   }
 
  private:
@@ -75,15 +122,53 @@ class Environment::Turn final : public BatchRun {
 
 Environment::Environment(std::shared_ptr<const phs::Model> model, std::vector<double> start,
                          EnvironmentOptions options)
-    : model_(std::move(model)),
-      start_(std::move(start)),
-      o_(std::move(options)),
-      keeper_(model_.description()) {
-  const phs::Description& d = this->model().description();
-  require_size("start state of an environment", start_.size(), size_t(d.nx));
-  if (!model_.holds().empty())
-    throw InvalidArgument("environment: the controller '" + model_.holds()[0]->name +
-                          "' is sampled, expected none");
+    : Environment(std::vector{EnvironmentCase{std::move(model), std::move(start)}},
+                  std::move(options)) {}
+
+Environment::Environment(std::vector<EnvironmentCase> cases, EnvironmentOptions options)
+    : given_(std::move(cases)), o_(std::move(options)) {
+  if (given_.empty()) throw InvalidArgument("an environment has no cases, expected 1 or more");
+  check_options();
+  const phs::Description& d = model().description();
+  driven_ = offsets_of(d, o_.ports);
+  observed_ = o_.observed;
+  for (const int i : observed_)
+    if (i < 0 || i >= d.nx)
+      throw InvalidArgument("environment: there is no state number " + std::to_string(i) +
+                            " to observe, expected 0 to " + std::to_string(d.nx - 1));
+  if (observed_.empty())
+    for (int i = 0; i < d.nx; ++i) observed_.push_back(i);
+  threads_ = std::min(threads_of(o_.threads), o_.count);
+  for (size_t k = 0; k < given_.size(); ++k) {
+    const EnvironmentCase& c = given_[k];
+    if (!alike(c.model->description(), d))
+      throw InvalidArgument("case " + std::to_string(k) +
+                            " of an environment has other state numbers or ports than case 0, "
+                            "expected cases that differ in numbers alone");
+    require_size("start state of an environment", c.start.size(), size_t(d.nx));
+    const auto same = [&](const auto& p) { return p->model() == c.model.get(); };
+    const auto found = std::ranges::find_if(plants_, same);
+    plant_of_case_.push_back(size_t(found - plants_.begin()));
+    if (found == plants_.end()) plants_.push_back(std::make_unique<Plant>(c.model, o_, threads_));
+  }
+  e_.resize(size_t(d.nx));
+  y_.resize(size_t(d.nu));
+  const auto n = size_t(o_.count);
+  states_.resize(n);
+  cases_.resize(n);
+  actions_.resize(n * driven_.size());
+  energies_.resize(n);
+  observations_.resize(n * size_t(observation_size()));
+  final_ = observations_;
+  terminated_.resize(n);
+  truncated_.resize(n);
+  failed_.resize(n);
+  lengths_.resize(n);
+  episodes_.assign(n, -1);
+  reset(o_.seed);
+}
+
+void Environment::check_options() const {
   if (o_.longest < 0)
     throw InvalidArgument("longest is " + std::to_string(o_.longest) + ", expected 0 or more");
   const auto at_least_one = [](const char* what, std::int64_t n) {
@@ -96,61 +181,42 @@ Environment::Environment(std::shared_ptr<const phs::Model> model, std::vector<do
   if (!(o_.step > 0))
     throw InvalidArgument("environment: step is " + std::to_string(o_.step) +
                           " s, expected more than 0 s");
-  driven_ = offsets_of(d, o_.ports);
-  observed_ = o_.observed;
-  for (const int i : observed_)
-    if (i < 0 || i >= d.nx)
-      throw InvalidArgument("environment: there is no state number " + std::to_string(i) +
-                            " to observe, expected 0 to " + std::to_string(d.nx - 1));
-  if (observed_.empty())
-    for (int i = 0; i < d.nx; ++i) observed_.push_back(i);
-  plant_ = this->model().instantiate<double>();
-  constraints_ = plant_->constraints();
-  e_.resize(size_t(d.nx));
-  y_.resize(size_t(d.nu));
-  const int teams = std::min(threads_of(o_.threads), o_.count);
-  for (int i = 0; i < teams; ++i)
-    teams_.push_back(std::make_unique<LaneTeam>(model_, o_.method, o_.step,
-                                                integrators::Options{.port_work = false}));
-  const auto n = size_t(o_.count);
-  states_.resize(n);
-  actions_.resize(n * driven_.size());
-  energies_.resize(n);
-  observations_.resize(n * size_t(observation_size()));
-  final_ = observations_;
-  terminated_.resize(n);
-  truncated_.resize(n);
-  failed_.resize(n);
-  lengths_.resize(n);
-  episodes_.assign(n, -1);
-  reset(o_.seed);
 }
+
 Environment::~Environment() = default;
+
+Environment::Plant& Environment::plant_of(int environment) const {
+  return *plants_[plant_of_case_[size_t(cases_[size_t(environment)])]];
+}
 
 void Environment::begin(int environment) {
   const auto i = size_t(environment);
-  std::vector<double> x = start_;
   ++episodes_[i];
   lengths_[i] = 0;
+  Stream random(seeds_[i], streams_[i], std::uint64_t(episodes_[i]));
+  if (given_.size() > 1) cases_[i] = int(double(given_.size()) * random.uniform());
+  std::vector<double> x = given_[size_t(cases_[i])].start;
+  const phs::Description& d = model().description();
   if (o_.begin) {
-    Stream random(seeds_[i], streams_[i], std::uint64_t(episodes_[i]));
     o_.begin(random, x);
-    require_size("state an episode begins from", x.size(), start_.size());
+    require_size("state an episode begins from", x.size(), size_t(d.nx));
     for (const double value : x)
       if (!std::isfinite(value))
         throw InvalidArgument("the state an episode begins from has a number that is not finite");
-    norm_quaternions(model_.description(), x);
+    norm_quaternions(d, x);
   }
-  if (constraints_) require_on_constraints(x);
-  states_[i] = phs::State(model_.description(), std::move(x));
-  phs::wrap_angles(model_.description(), states_[i]);
+  plant_of(environment).require_on_constraints(x);
+  states_[i] = phs::State(d, std::move(x));
+  phs::wrap_angles(d, states_[i]);
 }
 
-void Environment::require_on_constraints(std::span<const double> x) {
+void Environment::Plant::require_on_constraints(std::span<const double> x) {
+  if (!constraints_) return;
   constexpr double rounding = 1e-8;
-  const phs::Description& d = model_.description();
-  keeper_.synchronise(std::vector<std::int64_t>(size_t(d.angle_count()), 0), *plant_);
-  plant_->gradient(x, e_);
+  const phs::Description& d = held_.description();
+  keeper_.synchronise(std::vector<std::int64_t>(size_t(d.angle_count()), 0), *system_);
+  std::vector<double> e(x.size());
+  system_->gradient(x, e);
   std::vector<double> rows(size_t(constraints_->count()));
   const auto refuse = [](const std::string& what, const char* unit, const auto& worst) {
     throw InvalidArgument("the state an episode begins from: " + what + " of the constraint '" +
@@ -162,26 +228,26 @@ void Environment::require_on_constraints(std::span<const double> x) {
   constraints_->place(x, rows);
   if (const auto gap = worst_row(d, rows); !(gap.second <= rounding))
     refuse("the gap", " m or rad", gap);
-  constraints_->rates(e_, rows);
+  constraints_->rates(e, rows);
   constraints_->add_drift(rows);
   double fastest = 1;
   for (const auto& b : d.blocks)
     if (b.momentum >= 0)
       for (int k = 0; k < b.size; ++k)
-        fastest = std::max(fastest, std::fabs(e_[size_t(b.momentum + k)]));
+        fastest = std::max(fastest, std::fabs(e[size_t(b.momentum + k)]));
   if (const auto slip = worst_row(d, rows); !(slip.second <= rounding * fastest))
     refuse("the rate of the gap", " m/s or rad/s", slip);
 }
 
 void Environment::observe(int environment, std::span<double> to) {
   const phs::State& s = states_[size_t(environment)];
-  keeper_.synchronise(s, *plant_);
-  energies_[size_t(environment)] = plant_->hamiltonian(s.x);
+  auto& system = plant_of(environment).at(s);
+  energies_[size_t(environment)] = system.hamiltonian(s.x);
   size_t at = 0;
   for (const int i : observed_) to[at++] = s.x[size_t(i)];
   if (!o_.outputs) return;
-  plant_->gradient(s.x, e_);
-  plant_->output(s.x, e_, y_);
+  system.gradient(s.x, e_);
+  system.output(s.x, e_, y_);
   for (const int i : driven_) to[at++] = y_[size_t(i)];
 }
 
@@ -199,6 +265,7 @@ void Environment::reset(std::optional<std::uint64_t> seed) {
   }
   final_ = observations_;
   final_energies_ = energies_;
+  final_cases_ = cases_;
   for (auto* flags : {&terminated_, &truncated_, &failed_})
     std::fill(flags->begin(), flags->end(), 0);
 }
@@ -211,18 +278,30 @@ void Environment::reset(std::span<const std::uint64_t> seeds) {
   reset();
 }
 
+void Environment::advance() {
+  std::vector<std::vector<size_t>> copies(plants_.size());
+  for (size_t i = 0; i < cases_.size(); ++i) copies[plant_of_case_[size_t(cases_[i])]].push_back(i);
+  std::vector<std::atomic<size_t>> taken(plants_.size());
+  in_parallel(threads_, threads_, [&](int thread) {
+    for (size_t j = 0; j < plants_.size(); ++j) {  // each thread from a model of its own
+      const size_t k = (j + size_t(thread) * plants_.size() / size_t(threads_)) % plants_.size();
+      if (taken[k] >= copies[k].size()) continue;
+      const Source source = [&]() -> std::unique_ptr<BatchRun> {
+        const size_t i = taken[k].fetch_add(1);
+        return i < copies[k].size() ? std::make_unique<Turn>(*this, copies[k][i]) : nullptr;
+      };
+      plants_[k]->team(thread).work(source, [] { return false; });
+    }
+  });
+}
+
 void Environment::step(std::span<const double> actions) {
   require_size("actions of an environment", actions.size(), actions_.size());
   for (const double u : actions)
     if (!std::isfinite(u)) throw InvalidArgument("an action is not a finite number");
   std::copy(actions.begin(), actions.end(), actions_.begin());
-  std::atomic<size_t> next{0};
-  const Source source = [&]() -> std::unique_ptr<BatchRun> {
-    const size_t i = next.fetch_add(1);
-    return i < states_.size() ? std::make_unique<Turn>(*this, i) : nullptr;
-  };
-  in_parallel(int(teams_.size()), int(teams_.size()),
-              [&](int t) { teams_[size_t(t)]->work(source, [] { return false; }); });
+  advance();
+  final_cases_ = cases_;
   const auto width = size_t(observation_size());
   for (int i = 0; i < o_.count; ++i) {
     const auto k = size_t(i);
@@ -240,7 +319,7 @@ void Environment::step(std::span<const double> actions) {
 }
 
 void Environment::set_state(int environment, const phs::State& state) {
-  require_size("state of an environment", state.x.size(), start_.size());
+  require_size("state of an environment", state.x.size(), given_[0].start.size());
   require_size("turns of a state", state.turns.size(), states_[size_t(environment)].turns.size());
   states_[size_t(environment)] = state;
   const auto width = size_t(observation_size());

@@ -7,16 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "ensemble/held_inputs.h"
 #include "ensemble/random.h"
-#include "integrators/core/turns.h"
-#include "phs/system/constraints.h"
 #include "phs/system/state.h"
 #include "phs/system/system.h"
 
 namespace porthos::ensemble {
-
-class LaneTeam;
 
 /// The number of environments and the definition of their steps.
 struct EnvironmentOptions {
@@ -40,14 +35,23 @@ struct EnvironmentOptions {
   std::function<bool(std::span<const double> x)> ended = {};
 };
 
+/// What an episode may begin as: a model and a start of its own.
+struct EnvironmentCase {
+  std::shared_ptr<const phs::Model> model;  ///< cases that share one share its lanes
+  std::vector<double> start;                ///< state numbers, nx
+  /// In place of that of the options; empty: that.
+  std::function<bool(std::span<const double> x)> ended = {};
+};
+
 /// Environments for learning and planning: reset, act, observe, over a batch.
 ///
 /// An action is a row of port inputs u, held over `substeps` steps. The caller computes rewards
-/// from observations and actions. A step depends only on the environment's state and its action,
-/// and not on threads, lanes, neighbours or earlier steps. So planners may restore states. Random
+/// from observations and actions. A step depends only on the environment's state, case and
+/// action, and not on threads, lanes, neighbours or earlier steps. So planners may restore states. Random
 /// numbers depend on (seed, environment, episode): the same seed and actions give the same bits. If
 /// an episode ends (goal, limit of length, or failure of the method), the environment starts the
-/// next episode in the same step. final_observations() then has its last observation.
+/// next episode in the same step. final_observations() then has its last observation. With several
+/// cases every episode draws the one that it begins as, with its first random number.
 ///
 /// All arrays are contiguous, with one row per environment: count × action_size() and so on. They
 /// stay valid; reset() and step() overwrite them. Use from one thread.
@@ -58,6 +62,9 @@ class Environment {
   ///   with sampled controllers, a start off the constraints, and as integrators::make_integrator
   Environment(std::shared_ptr<const phs::Model> model, std::vector<double> start,
               EnvironmentOptions options);
+  /// Of models that differ in numbers alone. @throws InvalidArgument also for none, and for models
+  ///   whose state numbers or ports differ
+  Environment(std::vector<EnvironmentCase> cases, EnvironmentOptions options);
   ~Environment();
 
   int count() const { return o_.count; }
@@ -65,7 +72,8 @@ class Environment {
   int observation_size() const { return int(observed_.size() + (o_.outputs ? driven_.size() : 0)); }
   /// Seconds between actions.
   double interval() const { return o_.step * o_.substeps; }
-  const phs::Model& model() const { return model_.plant(); }
+  /// That of the first case.
+  const phs::Model& model() const { return *given_[0].model; }
 
   /// Starts the first episode of a seed in every environment; without a seed, the next episode.
   void reset(std::optional<std::uint64_t> seed = {});
@@ -88,6 +96,9 @@ class Environment {
   /// H of each environment [J], and H at final_observations().
   std::span<const double> energies() const { return energies_; }
   std::span<const double> final_energies() const { return final_energies_; }
+  /// The case of each environment, from 0, and that of final_observations().
+  std::span<const int> cases() const { return cases_; }
+  std::span<const int> final_cases() const { return final_cases_; }
   /// Number of steps in the current episode, and the number of the episode.
   std::span<const std::int64_t> lengths() const { return lengths_; }
   std::span<const std::int64_t> episodes() const { return episodes_; }
@@ -98,22 +109,24 @@ class Environment {
 
  private:
   class Turn;
+  class Plant;
+  void check_options() const;
   void begin(int environment);
-  /// @throws InvalidArgument where x, angles with their turns, leaves a loop open or moves it
-  void require_on_constraints(std::span<const double> x);
+  /// Steps every environment, those of a model in lanes.
+  void advance();
   /// Writes the observation and the energy.
   void observe(int environment, std::span<double> to);
+  Plant& plant_of(int environment) const;
 
-  HeldInputs model_;
-  std::vector<double> start_;
+  std::vector<EnvironmentCase> given_;
   EnvironmentOptions o_;
+  int threads_ = 1;
   std::vector<int> driven_, observed_;
-  std::vector<std::uint64_t> seeds_, streams_;             ///< of each
-  std::unique_ptr<phs::System<double>> plant_;             ///< for observations
-  std::unique_ptr<phs::Constraints<double>> constraints_;  ///< of plant_ without turns; or null
-  integrators::TurnKeeper<double> keeper_;                 ///< of its turns
+  std::vector<std::uint64_t> seeds_, streams_;  ///< of each
+  std::vector<std::unique_ptr<Plant>> plants_;  ///< one of each model
+  std::vector<size_t> plant_of_case_;
   std::vector<double> e_, y_;
-  std::vector<std::unique_ptr<LaneTeam>> teams_;
+  std::vector<int> cases_, final_cases_;
   std::vector<phs::State> states_;
   std::vector<double> actions_, observations_, final_, energies_, final_energies_;
   std::vector<std::uint8_t> terminated_, truncated_, failed_;

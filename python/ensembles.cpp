@@ -3,7 +3,6 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include "python/arrays.h"
 #include "python/bind.h"
 #include "python/interruptible.h"
 #include "scene/compare/auto_method.h"
@@ -34,23 +33,14 @@ bool ensemble_into(const Scene& s, const std::string& out, int threads, bool res
   return r.interrupted;
 }
 
-/// A row per case.
-py::array_t<double> starts_of_cases(const Scene& s, std::int64_t count) {
-  std::vector<double> all;
-  size_t nx = 0;
-  {
-    const py::gil_scoped_release released;
-    const Ensemble e(s);
-    if (count < 1 || count > e.cases().cases)
-      throw InvalidArgument(
-          fmt::format("cases is {}, expected 1 to the {} of [ensemble]", count, e.cases().cases));
-    nx = size_t(e.assembly().model->description().nx);
-    for (std::int64_t i = 0; i < count; ++i) {
-      const auto x = start_of_case(e, i);
-      all.insert(all.end(), x.begin(), x.end());
-    }
-  }
-  return as_array(std::move(all), Shape{py::ssize_t(count), py::ssize_t(nx)});
+std::vector<Assembly> assemblies_of_cases(const Scene& s, std::int64_t count) {
+  const Ensemble e(s);
+  if (count < 1 || count > e.cases().cases)
+    throw InvalidArgument(
+        fmt::format("cases is {}, expected 1 to the {} of [ensemble]", count, e.cases().cases));
+  std::vector<Assembly> all;
+  for (std::int64_t i = 0; i < count; ++i) all.push_back(assembly_of_case(e, i));
+  return all;
 }
 
 }  // namespace
@@ -70,8 +60,8 @@ void bind_ensembles(py::module_& m) {
       arg("step") = py::none(), arg("duration") = py::none(),
       "A case of a scene's [ensemble] as a scene by itself; path: the scene file, or the results "
       "of the ensemble.");
-  m.def("starts_of_cases", &starts_of_cases, arg("scene"), arg("cases"),
-        "The states that the first cases of a scene's [ensemble] begin from, (cases, nx). They may "
+  m.def("assemblies_of_cases", &assemblies_of_cases, arg("scene"), arg("cases"),
+        "The first cases of a scene's [ensemble] put together; they share one model where they "
         "differ in numbers of [initial] alone.");
   m.def("run_ensemble", &ensemble_into, arg("scene"), arg("out"), arg("threads") = 0,
         arg("resume") = false, arg("report") = py::none(),

@@ -43,8 +43,27 @@ std::function<bool(std::span<const double>)> ended_of(const py::object& f) {
     const py::gil_scoped_acquire gil;
     const py::object is = py::handle(kept.get())(to_array(x));
     if (is.is_none()) throw InvalidArgument("ended(x) returned None, expected True or False");
+    if (py::isinstance<py::array>(is) && is.cast<py::array>().size() != 1)
+      throw InvalidArgument("ended gave " + kind_of(is) + ", expected True or False");
     return py::bool_(is).cast<bool>();
   };
+}
+
+using GivenCase = std::tuple<std::shared_ptr<const phs::Model>, py::object, py::object>;
+/// Those of a list; without one, the model and its start.
+std::vector<ensemble::EnvironmentCase> cases_of(const std::vector<GivenCase>& given,
+                                                std::shared_ptr<const phs::Model> model,
+                                                const py::object& start) {
+  std::vector<ensemble::EnvironmentCase> all;
+  for (const auto& [own, x, ended] : given) {
+    if (!own) throw InvalidArgument("a case has no model, expected (model, start, ended or None)");
+    all.push_back({own, numbers("start", x, size_t(own->description().nx)), ended_of(ended)});
+  }
+  if (all.empty()) {
+    auto x = numbers("start", start, size_t(model->description().nx));
+    all.push_back({std::move(model), std::move(x)});
+  }
+  return all;
 }
 
 /// A read-only view of a table of the environment, which writes it in reset() and step().
@@ -101,7 +120,8 @@ final_observations. Arrays are views, (count, ...), written by reset() and step(
           py::init([](std::shared_ptr<const phs::Model> model, py::object start, int count,
                       const std::string& method, double step, int substeps, std::uint64_t seed,
                       std::int64_t longest, int threads, std::vector<std::string> ports,
-                      std::vector<int> observed, bool outputs, py::object begin, py::object ended) {
+                      std::vector<int> observed, bool outputs, py::object begin, py::object ended,
+                      const std::vector<GivenCase>& cases) {
             EnvironmentOptions o;
             o.count = count;
             o.method = method;
@@ -115,21 +135,23 @@ final_observations. Arrays are views, (count, ...), written by reset() and step(
             o.observed = std::move(observed);
             o.begin = begin_of(begin);
             o.ended = ended_of(ended);
-            auto x = numbers("start", start, size_t(model->description().nx));
+            auto all = cases_of(cases, std::move(model), start);
             const py::gil_scoped_release released;
-            return std::make_unique<Environment>(std::move(model), std::move(x), std::move(o));
+            return std::make_unique<Environment>(std::move(all), std::move(o));
           }),
           arg("model"), arg("start"), py::kw_only(), arg("count") = 1, arg("method") = "gauss4",
           arg("step") = 0.01, arg("substeps") = 1, arg("seed") = 0, arg("longest") = 0,
           arg("threads") = 1, arg("ports") = std::vector<std::string>{},
           arg("observed") = std::vector<int>{}, arg("outputs") = false, arg("begin") = py::none(),
-          arg("ended") = py::none(),
+          arg("ended") = py::none(), arg("cases") = std::vector<GivenCase>{},
           R"(start: state an episode begins from, nx numbers. longest: actions after which an episode is cut off; 0: never. threads: 0
 for as many as the machine has. ports: that actions drive; empty: all. observed: state numbers; empty: all. outputs:
 whether y of the ports that are driven is observed after them.
 
 begin(uniform, x) -> x: where an episode begins; uniform(n) gives n random numbers in [0, 1) of the episode's own.
-ended(x) -> bool: whether an episode has ended at x. Both take the GIL.)")
+ended(x) -> bool: whether an episode has ended at x. Both take the GIL.
+cases: [(model, start, ended or None), ...] in place of model and start: models that differ in numbers alone. Every episode draws
+the one it begins as; what each environment has now stands in `cases`.)")
       .def_property_readonly("count", &Environment::count)
       .def_property_readonly("action_size", &Environment::action_size)
       .def_property_readonly("observation_size", &Environment::observation_size)
@@ -191,6 +213,9 @@ ended(x) -> bool: whether an episode has ended at x. Both take the GIL.)")
       .def_property_readonly("final_energies", each(&Environment::final_energies),
                              "H of each environment at its final_observations [J].")
       .def_property_readonly("lengths", each(&Environment::lengths), "Steps taken in the episode.")
+      .def_property_readonly("cases", each(&Environment::cases), "The case of each environment.")
+      .def_property_readonly("final_cases", each(&Environment::final_cases),
+                             "The case of each environment at its final_observations.")
       .def_property_readonly("episodes", each(&Environment::episodes), "Number of the episode.")
       .def(
           "state", [](const Environment& e, int i) { return e.state(index(e, i)); },

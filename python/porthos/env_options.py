@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from typing import Any, Sequence
+from typing import Any, Mapping
 
 import numpy as np
 
@@ -27,10 +27,10 @@ def check_options(options: dict[str, Any]) -> None:
     if "observed" in options or "outputs" in options:
         raise InvalidArgument("observed and outputs are of Environment, expected none of them: observations are coordinates and rates")
     for name in options:
-        if name == "cases":
-            raise InvalidArgument("cases is of from_scene, expected begin=, a function that says where episodes begin")
+        if name in ("cases", "change"):
+            raise InvalidArgument(f"{name} is of from_scene, expected " + ("begin=, a function that says where episodes begin" if name == "cases" else "another model"))
         if name not in passed_on:
-            known = ("reward", "limit", "num_envs", "dtype", "mechanism", "scene", "render_mode", "picture", "rates", "cases", *passed_on)
+            known = ("reward", "limit", "num_envs", "dtype", "mechanism", "scene", "render_mode", "picture", "rates", "cases", "change", *passed_on)
             near = difflib.get_close_matches(name, known, 1)
             raise InvalidArgument(f"there is no option '{name}', expected {repr(near[0]) if near else 'one of ' + ', '.join(known)}")
     if isinstance(ports := options.get("ports"), str):
@@ -44,9 +44,14 @@ def read_only(a: np.ndarray) -> np.ndarray:
     return view
 
 
-def limits(limit: Any, sizes: Sequence[int]) -> np.ndarray:
-    """Of each number of ports of these sizes."""
+def limits(limit: Any, ports: Mapping[str, int]) -> np.ndarray:
+    """Of each number of the ports, whose sizes they are; limit: a number, one of each port, or by names."""
+    if isinstance(limit, Mapping):
+        if missing := [p for p in ports if p not in limit] or [p for p in limit if p not in ports]:
+            told = "has no" if missing[0] in ports else "has a"
+            raise InvalidArgument(f"limit {told} '{missing[0]}', expected one for each port that is driven: {', '.join(ports)}")
+        limit = [limit[p] for p in ports]
     given = np.asarray(limit if isinstance(limit, (int, float, np.number, list, tuple, np.ndarray)) else np.nan)
-    if given.dtype.kind not in "iuf" or given.shape not in ((), (len(sizes),)) or not (given > 0).all():
-        raise InvalidArgument(f"limit is {limit!r}, expected a number above 0, or {len(sizes)} of them: the largest input of each port")
-    return np.repeat(np.broadcast_to(given.astype(np.float64), len(sizes)), sizes)
+    if given.dtype.kind not in "iuf" or given.shape not in ((), (len(ports),)) or not (given > 0).all():
+        raise InvalidArgument(f"limit is {limit!r}, expected a number above 0, or {len(ports)} of them: the largest input of each port")
+    return np.repeat(np.broadcast_to(given.astype(np.float64), len(ports)), list(ports.values()))

@@ -5,13 +5,15 @@ where it is installed, else of the same members.
 from __future__ import annotations
 
 import tempfile
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, Mapping, Sequence
 
 import numpy as np
 
-from ._core import Environment, InvalidArgument, LivePicture, Mechanism, Model, momenta_from_rates, rates_from_momenta, starts_of_cases
+from ._core import Assembly, Environment, InvalidArgument, LivePicture, Mechanism, Model, momenta_from_rates, rates_from_momenta
 from .env_options import check_look, check_options, limits, read_only
+from .env_scenes import assemblies_of, scene_of
 from .results import PathLike
+from .runs import Scene
 
 try:
     import gymnasium
@@ -45,36 +47,49 @@ class Box:
         return f"Box({self.low.min():g}, {self.high.max():g}, {self.shape}, {self.dtype})"
 
 
+class _Plain:
+    """What is used of gymnasium.Env, where gymnasium is not installed: wrappers of one's own ask for it."""
+
+    spec = None
+    np_random: np.random.Generator = np.random.default_rng()
+
+    @property
+    def unwrapped(self) -> Any:
+        return self
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
+        if seed is not None:
+            self.np_random = np.random.default_rng(seed)
+
+
 def _box(low: Any, high: Any, shape: tuple[int, ...], dtype: Any) -> Any:
     return (gymnasium.spaces.Box if gymnasium else Box)(low, high, shape=shape, dtype=dtype)
 
 
-def _picture_of(scene: PathLike, mechanism: Any, look: dict[str, Any]) -> LivePicture:
+def _picture_of(given: PathLike | Scene, mechanism: Any, look: dict[str, Any]) -> LivePicture:
     """Of the report of a run of one step."""
-    from .runs import Scene
-
+    scene = scene_of(given, None)
+    duration = scene.data.duration
     with tempfile.TemporaryDirectory() as folder:
-        short = Scene(scene)
-        Scene(scene, duration=short.data.step).run(folder + "/run")
+        try:
+            scene.data.duration = scene.data.step
+            scene.run(folder + "/run", progress=False)
+        finally:
+            scene.data.duration = duration
         return LivePicture(mechanism, folder + "/run/report.html", **look)
 
 
-class _Cases:
-    """begin of cases, whose starts are states also with rates=True."""
-
-    def __init__(self, starts: np.ndarray):
-        self._starts = starts
-
-    def __call__(self, uniform: Callable[[int], np.ndarray], x: np.ndarray) -> np.ndarray:
-        return self._starts[int(len(self._starts) * uniform(1)[0])]
+def _in_rates(m: Mechanism, x: np.ndarray) -> np.ndarray:
+    """What is observed of a state."""
+    return np.concatenate([x[: m.nq], rates_from_momenta(m, x[: m.nq], x[m.nq : 2 * m.nq]), x[2 * m.nq :]])
 
 
 def _made_by(cls: type, path: PathLike, options: dict[str, Any]) -> Any:
     return cls.from_scene(path, **options)
 
 
-_VectorBase = gymnasium.vector.VectorEnv if gymnasium else object
-_EnvBase = gymnasium.Env if gymnasium else object
+_VectorBase = gymnasium.vector.VectorEnv if gymnasium else _Plain
+_EnvBase = gymnasium.Env if gymnasium else _Plain
 
 
 class VectorEnv(_VectorBase):
@@ -84,7 +99,7 @@ class VectorEnv(_VectorBase):
     where: "rate of base.attitude[0]" is an angular rate, "rate of base.position[0]" a velocity of a free body, both along its own
     axes. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine.
     Actions are inputs of `ports` (all but the wrench on the base, where none are named), in [-limit, limit]; what is beyond is cut
-    off. limit: a number, or one for each port. Joint limits of the model file do not act without elements of type "limits". reward(observations, actions) -> (n,); both may not be written.
+    off. limit: a number, one for each port, or by their names, {"elbow.torque": 3}. Joint limits of the model file do not act without elements of type "limits". reward(observations, actions) -> (n,); both may not be written.
     An episode that ends begins anew in the same step: its last observation is then in info["final_obs"], by info["_final_obs"].
     mechanism: the one in the model, whose state comes first, where the model does not name it (from_scene does).
     scene: a scene file of the same mechanism, by which render() draws (from_scene gives it). render_mode: "rgb_array" or None.
@@ -98,10 +113,10 @@ class VectorEnv(_VectorBase):
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "autoreset_mode": gymnasium.vector.AutoresetMode.SAME_STEP
                                 if gymnasium and hasattr(gymnasium.vector, "AutoresetMode") else "SameStep"}
     render_mode = None
-    _recipe: tuple[PathLike, dict[str, Any]] | None = None  # of from_scene
+    _recipe: tuple[PathLike, dict[str, Any]] | None = None  # of from_scene with a path
 
-    def __init__(self, model: Model, start, *, reward: Reward, limit: float | Sequence[float], num_envs: int = 1, dtype: Any = np.float32, mechanism: Any = None,
-                 scene: PathLike | None = None, render_mode: str | None = None, picture: dict[str, Any] | None = None, rates: bool = False, **options: Any):
+    def __init__(self, model: Model, start, *, reward: Reward, limit: float | Sequence[float] | Mapping[str, float], num_envs: int = 1, dtype: Any = np.float32, mechanism: Any = None,
+                 scene: PathLike | None = None, render_mode: str | None = None, picture: dict[str, Any] | None = None, rates: bool = False, _cases: Sequence[Assembly] = (), **options: Any):
         if render_mode not in (None, "rgb_array"):
             raise InvalidArgument(f"render_mode is {render_mode!r}, expected 'rgb_array' or None")
         check_options(options)
@@ -118,11 +133,21 @@ class VectorEnv(_VectorBase):
         self._reward, self._dtype = reward, np.dtype(dtype)
         description = model.description
         every = [p.name for p in description.ports]
+        mechanisms = [a.mechanism for a in _cases] or [self._mechanism]
+        self._mechanisms = list({id(m): m for m in mechanisms}.values())
+        self._mechanism_of = np.array([next(k for k, of in enumerate(self._mechanisms) if of is m) for m in mechanisms])  # each case
         ports = options["ports"] = list(options.get("ports") or [p for p in every if p != "base.wrench"] or every)
         if rates:
-            self._in_rates(options)
+            if self._mechanism is None:
+                raise InvalidArgument("rates is True, but the model has no mechanism that is known, expected mechanism=")
+            self._begin_in_rates(options)
+        ended = options.get("ended")
+        endings = [self._ended_in_rates(ended, m) if ended and rates else ended for m in mechanisms]
+        if _cases:
+            options["cases"] = [(a.model, a.start, e) for a, e in zip(_cases, endings)]
+        options["ended"] = endings[0]
         sizes = {p.name: p.size for p in description.ports}
-        self._limit = limits(limit, [sizes.get(p, 1) for p in ports])
+        self._limit = limits(limit, {p: sizes.get(p, 1) for p in ports})
         self._batch = Environment(model, start, count=num_envs, **options)
         number = lambda name, n: [name] if n == 1 else [f"{name}[{k}]" for k in range(n)]
         self.action_names: list[str] = [n for p in ports for n in number(p, sizes[p])]
@@ -142,13 +167,13 @@ class VectorEnv(_VectorBase):
         self.action_space = _box(-most, most, most.shape, self._dtype)
         self._scene, self.render_mode, self._look, self._picture, self._begun = scene, render_mode, picture or {}, None, False
 
-    def _in_rates(self, options: dict[str, Any]) -> None:
-        """begin and ended of observations, as functions of states."""
+    def _ended_in_rates(self, ended: Callable[[np.ndarray], bool], m: Mechanism) -> Callable[[np.ndarray], bool]:
+        """Of observations, as a function of states."""
+        return lambda x: ended(_in_rates(m, x))
+
+    def _begin_in_rates(self, options: dict[str, Any]) -> None:
         m = self._mechanism
-        if m is None:
-            raise InvalidArgument("rates is True, but the model has no mechanism that is known, expected mechanism=")
         bodies, rest = m.nq + m.nv, 2 * m.nq  # what is no mechanism's, as of actuators, follows
-        seen = lambda x: np.concatenate([x[: m.nq], rates_from_momenta(m, x[: m.nq], x[m.nq : rest]), x[rest:]])
 
         def state(o: Any, x: np.ndarray) -> np.ndarray:
             o = np.asarray(o, dtype=np.float64)
@@ -159,46 +184,28 @@ class VectorEnv(_VectorBase):
                 q /= np.linalg.norm(q) or 1.0  # rates are of the attitude that is meant
             return np.concatenate([o[: m.nq], momenta_from_rates(m, o[: m.nq], o[m.nq : bodies]), o[bodies:] if len(o) > bodies else x[rest:]])
 
-        if (begin := options.get("begin")) and not isinstance(begin, _Cases):
-            options["begin"] = lambda uniform, x: state(begin(uniform, seen(x)), x)
-        if ended := options.get("ended"):
-            options["ended"] = lambda x: ended(seen(x))
+        if begin := options.get("begin"):
+            options["begin"] = lambda uniform, x: state(begin(uniform, _in_rates(m, x)), x)
 
     @classmethod
-    def from_scene(cls, path: PathLike, *, cases: int = 0, **options: Any):
-        """The model, the start, the method and the step of a scene; options replace them.
+    def from_scene(cls, scene: PathLike | Scene, *, cases: int = 0, change: Mapping[str, float | Sequence[float]] | None = None, **options: Any):
+        """The model, the start, the method and the step of a scene, a file or a Scene; options replace them.
 
-        cases: every episode begins as one of the first `cases` of the scene's [ensemble], drawn with the seed; they may differ
-        in numbers of [initial] alone. 0: as the scene.
+        change: numbers in place of those of the file, as Scene has it.
+        cases: every episode begins as one of the first `cases` of the scene's [ensemble], drawn with the seed: its start and, where
+        cases differ in other numbers than of [initial], its model (`cases` says which). 0: as the scene.
         """
-        from .runs import Scene
-
-        scene = Scene(path)
-        if scene.data.events:
-            raise InvalidArgument(f"{path} has events (first: {scene.data.events[0]}), which an environment does not see, expected none: "
-                                  "no [[event]], and no [initial] from a run with a capture or a lock")
-        if scene.data.stops and "ended" not in options:
-            raise InvalidArgument(f"{path} has {scene.data.stops} [[stop]]s, which an environment does not see, expected ended=, a function of the state that says them")
-        recipe = (path, {"cases": cases, **options})
-        scene.data.centre_stays = True  # actions may push it
-        start = scene.assembly.start
-        try:
-            scene.model.instantiate().field(0.0, start)
-        except InvalidArgument as why:
-            if "split of orbit" in str(why):
-                raise InvalidArgument(f"{path} has third bodies, drag, sunlight, thrusters or torquers, which act on a split orbit only and not in "
-                                      "an environment, expected a scene without them") from None
-        if cases:
-            if "begin" in options:
-                raise InvalidArgument("begin is given besides cases, expected one of both")
-            options["begin"] = _Cases(starts_of_cases(scene.data, cases))
-        env = cls(scene.model, start, **{"method": scene.data.method, "step": scene.data.step, "mechanism": scene.assembly.mechanism, "scene": path, **options})
-        env._recipe = recipe
+        known = scene_of(scene, change)
+        found = assemblies_of(known, cases, options)
+        start = {"method": known.data.method, "step": known.data.step, "mechanism": found[0].mechanism, "scene": known, "_cases": found if cases else ()}
+        env = cls(found[0].model, found[0].start, **{**start, **options})
+        if known is not scene:
+            env._recipe = scene, {"cases": cases, "change": change, **options}
         return env
 
     def __reduce__(self):
         if self._recipe is None:
-            raise TypeError("an environment of a model is not pickled or copied, expected one by from_scene, or one that is made where it is used")
+            raise TypeError("an environment of a model is not pickled or copied, expected one by from_scene(path, change=...), or one that is made where it is used")
         return _made_by, (type(self), *self._recipe)
 
     @property
@@ -212,27 +219,34 @@ class VectorEnv(_VectorBase):
         return self._mechanism
 
     @property
+    def cases(self) -> np.ndarray:
+        """The case of from_scene(cases=...) that each environment is, from 0, at what reward sees: in the step that ends an episode, the ended one's."""
+        return self._batch.final_cases.copy()
+
+    @property
     def energies(self) -> np.ndarray:
         """H of each environment [J] at what reward sees: in the step that ends an episode, at its end."""
         return self._batch.final_energies.copy()
 
-    def _seen(self, x: np.ndarray) -> np.ndarray:
+    def _seen(self, x: np.ndarray, cases: np.ndarray) -> np.ndarray:
         m = self._mechanism
         if m is None:
             return x.astype(self._dtype)
-        q, p = np.ascontiguousarray(x[:, : m.nq]), np.ascontiguousarray(x[:, m.nq : 2 * m.nq])
-        return np.hstack([q, rates_from_momenta(m, q, p)]).astype(self._dtype)
+        q, p, v = np.ascontiguousarray(x[:, : m.nq]), np.ascontiguousarray(x[:, m.nq : 2 * m.nq]), np.empty((len(x), m.nv))
+        which = self._mechanism_of[cases]
+        for k in np.unique(which):
+            v[which == k] = rates_from_momenta(self._mechanisms[k], q[which == k], p[which == k])
+        return np.hstack([q, v]).astype(self._dtype)
 
     def reset(self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None):
         """(observations, info): the first episode of the seed, of one for each environment, or the next."""
         if options:
             raise InvalidArgument(f"reset() has options {', '.join(map(repr, options))}, expected none: begin says where episodes begin")
         several = isinstance(seed, (list, tuple, np.ndarray))
-        if gymnasium:
-            super().reset(seed=None if several else seed)
+        super().reset(seed=None if several else seed)
         x = self._batch.reset_each(list(seed)) if several else self._batch.reset(seed)
         self._begun = True
-        return self._seen(x), {}
+        return self._seen(x, self._batch.cases), {}
 
     def step(self, actions):
         """(observations, rewards, terminated, truncated, info). Before the first reset() it is refused."""
@@ -244,10 +258,10 @@ class VectorEnv(_VectorBase):
         u = np.ascontiguousarray(np.clip(given, -self._limit, self._limit))
         x, terminated, truncated = self._batch.step(u)
         ended = terminated | truncated
-        observations, info = self._seen(x), {}
+        observations, info = self._seen(x, self._batch.cases), {}
         last = observations
         if ended.any():
-            last = self._seen(self._batch.final_observations)
+            last = self._seen(self._batch.final_observations, self._batch.final_cases)
             info = {"final_obs": last, "_final_obs": ended.copy()}
         if self._batch.failed.any():
             info["failed"] = self._batch.failed.copy()
@@ -284,7 +298,7 @@ class Env(_EnvBase):
     render_mode = None
     _recipe: tuple[PathLike, dict[str, Any]] | None = None
 
-    def __init__(self, model: Model, start, *, reward: Callable[[np.ndarray, np.ndarray], float], limit: float | Sequence[float], **options: Any):
+    def __init__(self, model: Model, start, *, reward: Callable[[np.ndarray, np.ndarray], float], limit: float | Sequence[float] | Mapping[str, float], **options: Any):
         if "num_envs" in options:
             raise InvalidArgument("num_envs is of VectorEnv, an Env is one")
         if not callable(reward):
@@ -300,8 +314,7 @@ class Env(_EnvBase):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
         """(observation, info)."""
-        if gymnasium:
-            super().reset(seed=seed)
+        super().reset(seed=seed)
         observations, info = self._vector.reset(seed=seed, options=options)
         self._ended, self._end = False, None
         return observations[0], info
@@ -332,6 +345,11 @@ class Env(_EnvBase):
     def mechanism(self) -> Mechanism | None:
         """As VectorEnv.mechanism."""
         return self._vector.mechanism
+
+    @property
+    def case(self) -> int:
+        """As VectorEnv.cases, at the last observation."""
+        return int(self._vector.cases[0])
 
     @property
     def energy(self) -> float:

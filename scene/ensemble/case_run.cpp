@@ -201,14 +201,10 @@ std::unique_ptr<ensemble::BatchRun> make_lane_case(const Ensemble& e, std::int64
   return std::make_unique<LaneCase>(e, index, done);
 }
 
-std::vector<double> start_of_case(const Ensemble& e, std::int64_t index) {
-  if (!e.one_model())
-    throw InvalidArgument(
-        "the cases of [ensemble] differ in more than their start, expected numbers of [initial] "
-        "alone");
+Assembly assembly_of_case(const Ensemble& e, std::int64_t index) {
   try {
-    const auto a = from_its_start(e, scene_of(e, index, e.sampler().values(index)));
-    return phs::with_turns(a.model->description(), a.initial);
+    const Scene s = scene_of(e, index, e.sampler().values(index));
+    return e.one_model() ? from_its_start(e, s) : assemble(s);
   } catch (const InvalidArgument& fault) {
     throw InvalidArgument(fmt::format("case {}: {}", index, fault.what()));
   }

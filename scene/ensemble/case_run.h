@@ -16,10 +16,10 @@ using CaseDone = std::function<void(std::span<const double>)>;
 std::unique_ptr<ensemble::BatchRun> make_lane_case(const Ensemble& ensemble, std::int64_t index,
                                                    const CaseDone& done);
 
-/// The state a case begins from, nx numbers.
-/// @throws InvalidArgument unless ensemble.one_model(); "case 7: ..." for numbers that the reader
-///   or the model refuses
-std::vector<double> start_of_case(const Ensemble& ensemble, std::int64_t index);
+/// A case put together: its model, which is the ensemble's where cases differ in their start alone,
+/// and where it begins.
+/// @throws InvalidArgument "case 7: ..." for numbers that the reader or the model refuses
+Assembly assembly_of_case(const Ensemble& ensemble, std::int64_t index);
 
 /// Runs and judges a case as `porthos run` does (without the symmetry check). A stopped case does
 /// not count as done.

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "ensemble/held_inputs.h"
 #include "integrators/core/integrator.h"
 #include "phs/system/tunable.h"
 #include "phs/system/user_model.h"

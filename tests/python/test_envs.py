@@ -137,8 +137,6 @@ def test_episodes_begin_as_the_cases_of_a_scene(source, tmp_path):
     assert one.reset(seed=1)[0].shape == (4,)
     refused(lambda: ph.VectorEnv.from_scene(scene, cases=13, **options), "cases is 13, expected 1 to the 12 of [ensemble]")
     refused(lambda: ph.VectorEnv.from_scene(scene, cases=2, begin=lambda u, x: x, **options), "begin is given besides cases")
-    scene.write_text(text + vary.replace('"initial.joints.elbow.position" = { uniform = [-2, 2] }', '"environment.vector[2]" = { uniform = [-10, -9] }'))
-    refused(lambda: ph.VectorEnv.from_scene(scene, cases=2, **options), "differ in more than their start")
 
 
 def test_pictures_of_a_scene(source):
@@ -434,6 +432,33 @@ def test_a_limit_for_each_port(pendulum):
         refused(lambda: many(pendulum, limit=wrong, **both), "expected a number above 0, or 2 of them")
 
 
+def test_limits_by_names(pendulum):
+    both = dict(ports=["lower.torque", "upper.torque"])
+    e = many(pendulum, limit={"upper.torque": 0.5, "lower.torque": 2.0}, **both)
+    assert np.array_equal(e.single_action_space.high, np.float32([2, 0.5]))  # as the ports stand
+    refused(lambda: many(pendulum, limit={"upper.torque": 0.5}, **both), "limit has no 'lower.torque', expected one for each port that is driven: lower.torque, upper.torque")
+    refused(lambda: many(pendulum, limit={"upper.torque": 1.0, "lower.torque": 2.0, "hand.torque": 1.0}, **both), "limit has a 'hand.torque'")
+    refused(lambda: many(pendulum, limit={"upper.torque": 1.0, "lower.torque": -2.0}, **both), "expected a number above 0, or 2 of them")
+
+
+def test_without_gymnasium_it_has_what_wrappers_ask_for(pendulum):
+    for e in (many(pendulum), one(pendulum)):
+        assert e.unwrapped is e and e.spec is None
+        e.reset(seed=4)
+        drawn = e.np_random.uniform(size=3)
+        e.reset(seed=4)
+        assert np.array_equal(e.np_random.uniform(size=3), drawn) and not np.array_equal(e.np_random.uniform(size=3), drawn)
+
+
+def test_ended_of_an_array_is_refused(pendulum):
+    e = many(pendulum, ended=lambda x: x > 0)
+    e.reset(seed=0)
+    refused(lambda: e.step(np.zeros((3, 1))), "ended gave", "expected True or False")
+    e = many(pendulum, ended=lambda x: np.array([x[0] > 9.0]))  # control: one of a kind is taken
+    e.reset(seed=0)
+    e.step(np.zeros((3, 1)))
+
+
 def test_stops_of_a_scene_are_not_ignored(source, tmp_path):
     text = (source / "examples/double_pendulum/scene.toml").read_text()
     (tmp_path / "double_pendulum.urdf").write_text((source / "examples/double_pendulum/double_pendulum.urdf").read_text())
@@ -455,3 +480,6 @@ def test_one_of_a_scene_is_pickled(source, pendulum):
     assert np.array_equal(e.step(u)[0], again.step(u)[0]) and again.action_names == e.action_names
     with pytest.raises(TypeError, match="expected one by from_scene"):
         pickle.dumps(many(pendulum))
+    changed = pickle.loads(pickle.dumps(ph.Env.from_scene(source / "examples/ets_vii/scene.toml", reward=reward_of_nothing, limit=1.0,
+                                                          change={"initial.joints.joint_1.position": 0.7})))
+    assert abs(changed.reset(seed=0)[0][changed.names.index("joint_1")] - 0.7) < 1e-6
