@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <map>
 #include <string_view>
 
 #include "integrators/methods/composition.h"
@@ -34,6 +35,7 @@ struct Catalogue {
   std::deque<Entry> entries;
   std::deque<Declaration> declarations;
   size_t own;  ///< the first ones, those of Porthos
+  std::map<std::string, std::string> versions;
 
   Catalogue() {
     for (const auto family : {
@@ -94,9 +96,9 @@ const char* to_string(Outcome o) {
   return "unknown";
 }
 
-void add_entry(Entry entry) {
+void add_entry(Entry entry, std::string version) {
   Catalogue& c = all();
-  const std::string& name = entry.declaration.name;
+  const std::string name = entry.declaration.name;
   const bool plain = std::ranges::all_of(name, [](char l) {
     return std::isalnum(static_cast<unsigned char>(l)) || l == '_' || l == '-' || l == '.';
   });
@@ -108,11 +110,19 @@ void add_entry(Entry entry) {
     if (c.entries[i].declaration.name != name) continue;
     if (i < c.own)
       throw InvalidArgument("'" + name + "' is a method of Porthos, expected another name");
+    c.versions[name] = std::move(version);
     c.declarations[i] = entry.declaration;
     c.entries[i] = std::move(entry);
     return;
   }
+  c.versions[name] = std::move(version);
   c.add(std::move(entry));
+}
+
+std::string version_of(const std::string& method) {
+  const auto& versions = all().versions;
+  const auto found = versions.find(method);
+  return found == versions.end() ? "" : found->second;
 }
 
 void add_entries(Entries (*family)()) {

@@ -14,7 +14,10 @@ const std::deque<Entry>& entries();
 /// @throws InvalidArgument for the name of a method of Porthos itself, for "auto", and for a name
 ///   with other signs than letters, digits, _ - .
 void add_entries(Entries (*family)());
-void add_entry(Entry entry);
+/// version: a text that changes with its code, by which a checkpoint is known; empty: not checked.
+void add_entry(Entry entry, std::string version = {});
+/// Of a method that was added; empty for those of Porthos, whose version is the program's.
+std::string version_of(const std::string& method);
 /// @throws InvalidArgument for an unknown name, which lists the known ones
 const Entry& entry_of(const std::string& method);
 bool knows_method(const std::string& name);

@@ -135,6 +135,7 @@ void bind_user_method(py::module_& m) {
         if (order < 1)
           throw InvalidArgument(
               fmt::format("the order of '{}' is {}, expected 1 or more", name, order));
+        const auto version = py::module_::import("porthos.fingerprints").attr("of")(step);
         add_entry(entry({.name = name,
                          .title = title.empty() ? name + ", a method in Python" : title,
                          .family = "Methods in Python",
@@ -146,7 +147,8 @@ void bind_user_method(py::module_& m) {
                         [step = keep(step)]<class T>(const Declaration& d, const phs::Model& model,
                                                      T h, const Options& o) {
                           return std::make_unique<PythonMethod<T>>(d, model, h, o, step);
-                        }));
+                        }),
+                  version.cast<std::string>());
       },
       py::arg("name"), py::arg("step"), py::kw_only(), py::arg("order"), py::arg("title") = "",
       py::arg("symmetric") = false, py::arg("symplectic") = false,
@@ -157,8 +159,13 @@ step(field, t, x, h) returns x(t + h) - x(t), an array (nx,): the difference kee
 [s] and h [s] are numbers, h also negative; x is a read-only array (nx,) of state numbers; field(t, x) returns their rates (nx,). A
 step may depend on its arguments alone. In derivatives and 113-bit references the arrays hold Dual or Quad numbers: write
 the step with operators and numpy's functions. symmetric and energy_exact are checked by
-verify(); order, symplectic and quadratic_invariants are believed. A second call with the same name replaces the method. One
-step costs some microseconds for Python beside its evaluations. Raises InvalidArgument for the name of a method of Porthos.)");
+verify(); order, symplectic and quadratic_invariants are believed. A second call with the same name replaces the method; a run
+by the one before is not resumed by another (see method_version). One step costs some microseconds for Python beside its evaluations. Raises InvalidArgument for the name of a method of Porthos.)");
+  m.def("method_version", &version_of, py::arg("method"),
+        "Of a method that was added: the digest of its code, with the numbers, arrays and "
+        "functions that it uses; it ends in "
+        "'not checked' where it uses other objects, whose change a resumed run does not see. "
+        "Empty: a method of Porthos.");
 }
 
 }  // namespace porthos::python

@@ -196,6 +196,8 @@ class Scene:
 
 
 def _into(data, assembly, out: PathLike, resume: bool, symmetry: bool, progress: Tell, extend: float | None = None) -> Result:
+    if (resume or extend) and _core.method_version(data.method).endswith("not checked"):
+        warnings.warn(f"'{data.method}' was added in Python and uses objects of its own, not checked: the run goes on with what they are now", stacklevel=4)
     tell, line = chosen(progress)
     try:
         summary, interrupted = _core.run_into(data, assembly, str(out), resume, symmetry, tell, extend)

@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "integrators/catalogue.h"
 #include "phs/error.h"
 #include "phs/scalars/pack.h"
 #include "scene/build_info.h"
@@ -27,7 +28,7 @@ std::string cpu_model() {
 /// Whether a text is a digest, which is not shown to people.
 bool is_digest(const std::string& name) {
   return name == "scene file" || name == "model" || name == "table of cases" ||
-         name.rfind("file ", 0) == 0;
+         name.rfind("file ", 0) == 0 || name.rfind("method '", 0) == 0;
 }
 
 /// Digests of the files a scene reads in addition to its own and the model's, by their names in it.
@@ -78,6 +79,8 @@ NamedTexts fingerprint(const Scene& scene) {
                   {"choice", scene.choice},
                   {"program", fmt::format("porthos {} ({}), {}, {}", build::version,
                                           build::git_hash, build::compiler, phs::simd_name)}};
+  if (auto version = integrators::version_of(scene.method); !version.empty())
+    list.emplace_back("method '" + scene.method + "'", std::move(version));
   for (auto& each : tables_of(scene)) list.push_back(std::move(each));
   return list;
 }

@@ -159,3 +159,56 @@ def test_faults_of_a_method(source, tmp_path):
     run(lambda field, t, x, h: kept.append(field) or h * field(t, x), "own_keeper")
     with pytest.raises(ph.InvalidArgument, match="a run that is over"):
         kept[0](0.0, np.zeros(14))
+
+
+def test_a_run_is_not_resumed_by_another_function_of_the_same_name(source, tmp_path):
+    def made(factor):
+        return lambda field, t, x, h: factor * h * field(t, x)
+
+    ph.add_method("own_euler", made(1.0), order=1)
+    known = ph.method_version("own_euler")
+    scene = lambda: ph.Scene(source / "examples/dzhanibekov/scene.toml", method="own_euler", step=0.01, duration=2)  # noqa: E731
+    scene().run(out=tmp_path / "run", progress=False)
+    ph.add_method("own_euler", made(1.0), order=1)
+    assert ph.method_version("own_euler") == known  # also after calls
+    scene().extend(3, out=tmp_path / "run", progress=False)  # control
+    ph.add_method("own_euler", made(1.0 + 1e-12), order=1)
+    assert ph.method_version("own_euler") != known and ph.method_version("rk4") == ""
+    refused(lambda: scene().extend(4, out=tmp_path / "run", progress=False), "the method 'own_euler' has changed")
+
+    class Factor:
+        value = 1.0
+
+    ph.add_method("own_euler", lambda field, t, x, h: Factor().value * h * field(t, x), order=1)
+    scene().run(out=tmp_path / "other", progress=False)
+    scene().extend(3, out=tmp_path / "other", progress=False)
+    factor = Factor()
+    ph.add_method("own_euler", lambda field, t, x, h: factor.value * h * field(t, x), order=1)
+    scene().run(out=tmp_path / "third", progress=False)
+    with pytest.warns(UserWarning, match="'own_euler' was added in Python and uses objects of its own, not checked"):
+        scene().extend(3, out=tmp_path / "third", progress=False)
+
+
+def test_what_a_version_of_a_method_sees():
+    a = np.array([1.0, 2.0])
+
+    def version(make):
+        ph.add_method("own_seen", make, order=1)
+        return ph.method_version("own_seen")
+
+    def of(array, default=1.0):
+        def step(field, t, x, h, k=default):
+            return k * h * field(t, x) * array[0]
+        return step
+
+    known = version(of(a))
+    assert known == version(of(a.copy())) and "not checked" not in known
+    assert len({known, version(of(a + 1)), version(of(a, 2.0)), version(lambda field, t, x, h: h * field(t, x)), version(lambda field, t, x, h: x * field(t, x))}) == 5
+    assert version(of(object())).endswith(", not checked")
+    names = {"np": np, "B": 1.0}
+    exec("def inner(y):\n    return B * y\ndef step(field, t, x, h):\n    return h * inner(field(t, x))", names)
+    one = version(names["step"])
+    names["B"] = 2.0  # a number that a function of a function uses
+    assert version(names["step"]) != one
+    names["B"] = 1.0
+    assert version(names["step"]) == one
