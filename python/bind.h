@@ -32,6 +32,7 @@ void bind_plans(pybind11::module_& m);
 void bind_derivatives(pybind11::module_& m);
 void bind_identification(pybind11::module_& m);
 void bind_environment(pybind11::module_& m);
+void bind_outputs(pybind11::module_& m);
 void bind_baseline(pybind11::module_& m);
 
 /// Errors of type in all functions of the module, bound before, get one sentence.

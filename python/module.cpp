@@ -31,6 +31,7 @@ PYBIND11_MODULE(_core, m) {
   bind_derivatives(m);
   bind_identification(m);
   bind_environment(m);
+  bind_outputs(m);
   bind_baseline(m);
   bind_regulation(m);
   bind_mechanism_laws(m);

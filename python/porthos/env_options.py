@@ -24,13 +24,13 @@ def check_look(look: dict[str, Any]) -> None:
 
 def check_options(options: dict[str, Any]) -> None:
     """Those that go on to Environment."""
-    if "observed" in options or "outputs" in options:
-        raise InvalidArgument("observed and outputs are of Environment, expected none of them: observations are coordinates and rates")
+    if "outputs" in options:
+        raise InvalidArgument("outputs is of Environment, expected observed=, a list of names of the state or of the scene's outputs")
     for name in options:
         if name in ("cases", "change"):
             raise InvalidArgument(f"{name} is of from_scene, expected " + ("begin=, a function that says where episodes begin" if name == "cases" else "another model"))
         if name not in passed_on:
-            known = ("reward", "limit", "num_envs", "dtype", "mechanism", "scene", "render_mode", "picture", "rates", "cases", "change", *passed_on)
+            known = ("reward", "limit", "num_envs", "dtype", "mechanism", "scene", "render_mode", "picture", "rates", "observed", "cases", "change", *passed_on)
             near = difflib.get_close_matches(name, known, 1)
             raise InvalidArgument(f"there is no option '{name}', expected {repr(near[0]) if near else 'one of ' + ', '.join(known)}")
     if isinstance(ports := options.get("ports"), str):

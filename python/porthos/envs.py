@@ -10,6 +10,7 @@ from typing import Any, Callable, Mapping, Sequence
 import numpy as np
 
 from ._core import Assembly, Environment, InvalidArgument, LivePicture, Mechanism, Model, momenta_from_rates, rates_from_momenta
+from .env_observed import Sight
 from .env_options import check_look, check_options, limits, read_only
 from .env_scenes import assemblies_of, scene_of
 from .results import PathLike
@@ -97,7 +98,8 @@ class VectorEnv(_VectorBase):
 
     Observations are the coordinates and the joint rates of a mechanism (of other models the state); `names` says what stands
     where: "rate of base.attitude[0]" is an angular rate, "rate of base.position[0]" a velocity of a free body, both along its own
-    axes. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine.
+    axes. observed: some of these names instead, and of the scene's [[output]]s ("tip", or one of its numbers, "tip.x"); begin and
+    ended take all. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine.
     Actions are inputs of `ports` (all but the wrench on the base, where none are named), in [-limit, limit]; what is beyond is cut
     off. limit: a number, one for each port, or by their names, {"elbow.torque": 3}. Joint limits of the model file do not act without elements of type "limits". reward(observations, actions) -> (n,); both may not be written.
     An episode that ends begins anew in the same step: its last observation is then in info["final_obs"], by info["_final_obs"].
@@ -116,7 +118,8 @@ class VectorEnv(_VectorBase):
     _recipe: tuple[PathLike, dict[str, Any]] | None = None  # of from_scene with a path
 
     def __init__(self, model: Model, start, *, reward: Reward, limit: float | Sequence[float] | Mapping[str, float], num_envs: int = 1, dtype: Any = np.float32, mechanism: Any = None,
-                 scene: PathLike | None = None, render_mode: str | None = None, picture: dict[str, Any] | None = None, rates: bool = False, _cases: Sequence[Assembly] = (), **options: Any):
+                 scene: PathLike | None = None, render_mode: str | None = None, picture: dict[str, Any] | None = None, rates: bool = False, observed: Sequence[str] | None = None,
+                 _cases: Sequence[Assembly] = (), **options: Any):
         if render_mode not in (None, "rgb_array"):
             raise InvalidArgument(f"render_mode is {render_mode!r}, expected 'rgb_array' or None")
         check_options(options)
@@ -134,8 +137,9 @@ class VectorEnv(_VectorBase):
         description = model.description
         every = [p.name for p in description.ports]
         mechanisms = [a.mechanism for a in _cases] or [self._mechanism]
-        self._mechanisms = list({id(m): m for m in mechanisms}.values())
-        self._mechanism_of = np.array([next(k for k, of in enumerate(self._mechanisms) if of is m) for m in mechanisms])  # each case
+        data = scene.data if isinstance(scene, Scene) else None
+        self._sight = Sight(mechanisms, description.nx, observed, data, _cases if data else ())
+        self.names: list[str] = self._sight.names
         ports = options["ports"] = list(options.get("ports") or [p for p in every if p != "base.wrench"] or every)
         if rates:
             if self._mechanism is None:
@@ -151,13 +155,6 @@ class VectorEnv(_VectorBase):
         self._batch = Environment(model, start, count=num_envs, **options)
         number = lambda name, n: [name] if n == 1 else [f"{name}[{k}]" for k in range(n)]
         self.action_names: list[str] = [n for p in ports for n in number(p, sizes[p])]
-        m = self._mechanism
-        if m is None:
-            self.names: list[str] = [f"x[{k}]" for k in range(description.nx)]
-        else:
-            by_rate = sorted(m.coordinates, key=lambda c: c.v.start)  # of a free body the angular rates come first
-            self.names = [n for c in m.coordinates for n in number(c.name, c.q.stop - c.q.start)]
-            self.names += [n for c in by_rate for n in number(f"rate of {c.name}", c.v.stop - c.v.start)]
         self.num_envs = num_envs
         self.single_observation_space = _box(-np.inf, np.inf, (len(self.names),), self._dtype)
         most = self._limit.astype(self._dtype)
@@ -197,7 +194,7 @@ class VectorEnv(_VectorBase):
         """
         known = scene_of(scene, change)
         found = assemblies_of(known, cases, options)
-        start = {"method": known.data.method, "step": known.data.step, "mechanism": found[0].mechanism, "scene": known, "_cases": found if cases else ()}
+        start = {"method": known.data.method, "step": known.data.step, "mechanism": found[0].mechanism, "scene": known, "_cases": found}
         env = cls(found[0].model, found[0].start, **{**start, **options})
         if known is not scene:
             env._recipe = scene, {"cases": cases, "change": change, **options}
@@ -228,15 +225,8 @@ class VectorEnv(_VectorBase):
         """H of each environment [J] at what reward sees: in the step that ends an episode, at its end."""
         return self._batch.final_energies.copy()
 
-    def _seen(self, x: np.ndarray, cases: np.ndarray) -> np.ndarray:
-        m = self._mechanism
-        if m is None:
-            return x.astype(self._dtype)
-        q, p, v = np.ascontiguousarray(x[:, : m.nq]), np.ascontiguousarray(x[:, m.nq : 2 * m.nq]), np.empty((len(x), m.nv))
-        which = self._mechanism_of[cases]
-        for k in np.unique(which):
-            v[which == k] = rates_from_momenta(self._mechanisms[k], q[which == k], p[which == k])
-        return np.hstack([q, v]).astype(self._dtype)
+    def _seen(self, x: np.ndarray, cases: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        return self._sight.see(x, cases, steps * self._batch.interval).astype(self._dtype)
 
     def reset(self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None):
         """(observations, info): the first episode of the seed, of one for each environment, or the next."""
@@ -246,7 +236,7 @@ class VectorEnv(_VectorBase):
         super().reset(seed=None if several else seed)
         x = self._batch.reset_each(list(seed)) if several else self._batch.reset(seed)
         self._begun = True
-        return self._seen(x, self._batch.cases), {}
+        return self._seen(x, self._batch.cases, self._batch.lengths), {}
 
     def step(self, actions):
         """(observations, rewards, terminated, truncated, info). Before the first reset() it is refused."""
@@ -256,12 +246,13 @@ class VectorEnv(_VectorBase):
         if given.shape != self.action_space.shape:
             raise InvalidArgument(f"actions have shape {given.shape}, expected {self.action_space.shape}")
         u = np.ascontiguousarray(np.clip(given, -self._limit, self._limit))
+        steps = self._batch.lengths + 1
         x, terminated, truncated = self._batch.step(u)
         ended = terminated | truncated
-        observations, info = self._seen(x, self._batch.cases), {}
+        observations, info = self._seen(x, self._batch.cases, self._batch.lengths), {}
         last = observations
         if ended.any():
-            last = self._seen(self._batch.final_observations, self._batch.final_cases)
+            last = self._seen(self._batch.final_observations, self._batch.final_cases, steps)
             info = {"final_obs": last, "_final_obs": ended.copy()}
         if self._batch.failed.any():
             info["failed"] = self._batch.failed.copy()

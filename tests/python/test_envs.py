@@ -172,7 +172,9 @@ def test_without_a_scene_there_are_no_pictures(pendulum):
 
 def test_wrong_arguments_are_refused(pendulum):
     refused(lambda: many(pendulum, limit=0), "limit is 0")
-    refused(lambda: many(pendulum, observed=[0]), "observations are coordinates and rates")
+    refused(lambda: many(pendulum, observed=[0]), "observed is [0], expected a list of names: upper, lower, rate of upper, ...")
+    refused(lambda: many(pendulum, observed=["uper"]), "observed has 'uper', expected a name of the state", "'upper'")
+    refused(lambda: many(pendulum, outputs=True), "outputs is of Environment, expected observed=")
     refused(lambda: one(pendulum, num_envs=2), "num_envs is of VectorEnv")
     refused(lambda: ph.Env(pendulum, np.zeros(4), **{**KW, "reward": lambda o, u: 0.0}), "model is a Mechanism, expected a Model, as MechanicalModel(mechanism)")
     refused(lambda: many(pendulum, ports=["upper.torque"] * 2), "the port 'upper.torque' is named twice")
@@ -430,6 +432,38 @@ def test_a_limit_for_each_port(pendulum):
     assert not np.array_equal(cut, e.step(np.full((3, 2), 0.5))[0])  # control
     for wrong in ([1.0], [1.0, -1.0], [1.0, "a"], "1", True, float("nan"), None):
         refused(lambda: many(pendulum, limit=wrong, **both), "expected a number above 0, or 2 of them")
+
+
+def test_what_is_observed_by_names(source, tmp_path):
+    (tmp_path / "double_pendulum.urdf").write_text((source / "examples/double_pendulum/double_pendulum.urdf").read_text())
+    scene = tmp_path / "scene.toml"
+    scene.write_text((source / "examples/double_pendulum/scene.toml").read_text() + """
+[[output]]
+quantity = "position"
+name = "tip"
+link = "lower"
+at = [0, 0, -1]
+[[output]]
+quantity = "formula"
+name = "height"
+formula = "2 + tip.z"
+""" + '[ensemble]\ncases = 5\n[ensemble.vary]\n"model.mass_factor.lower" = { uniform = [0.5, 2] }\n')
+    kw = dict(limit=1.0, step=0.01, method="gauss4", dtype=np.float64, longest=9, num_envs=7, cases=5, reward=lambda o, u: -o[:, 0])
+    every = ph.VectorEnv.from_scene(scene, **kw)
+    e = ph.VectorEnv.from_scene(scene, observed=["height", "rate of elbow", "tip", "tip.x", "shoulder"], **kw)
+    assert e.names == ["height", "rate of elbow", "tip.x", "tip.y", "tip.z", "tip.x", "shoulder"] and e.single_observation_space.shape == (7,)
+    a, b = every.reset(seed=1)[0], e.reset(seed=1)[0]
+    for k in range(20):
+        u = np.full(e.action_space.shape, np.cos(k))
+        tip = ph.body_pose(e.mechanism, a[:, :2].copy(), "lower")
+        place = tip[1] - tip[0][:, :, 2]
+        assert np.abs(b[:, 2:5] - place).max() < 1e-14 and np.array_equal(b[:, 0], 2 + b[:, 4]) and np.array_equal(b[:, [1, 6]], a[:, [3, 0]])
+        (a, _, _, _, first), (b, rewards, _, _, info) = every.step(u), e.step(u)
+        assert np.array_equal(rewards, -(info["final_obs"] if info else b)[:, 0])
+    assert np.abs(b[:, 2]).max() > 0.01 and e.batch.observation_size == 4
+    refused(lambda: ph.VectorEnv.from_scene(scene, observed=["top"], **kw), "observed has 'top', expected a name of the state or of an [[output]]")
+    one = ph.Env.from_scene(scene, observed=["tip.z"], limit=1.0, reward=reward_of_nothing)
+    assert one.reset(seed=0)[0].shape == (1,) and pickle.loads(pickle.dumps(one)).names == ["tip.z"]
 
 
 def test_limits_by_names(pendulum):

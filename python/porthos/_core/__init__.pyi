@@ -1410,13 +1410,15 @@ class Environment:
     episode ends (reached, cut off, or the method failed) begins the next in the same step; its last observation is in
     final_observations. Arrays are views, (count, ...), written by reset() and step(): copy what is to stay.
     """
-    def __init__(self, model: Model, start: Any, *, count: int = 1, method: str = 'gauss4', step: float = 0.01, substeps: int = 1, seed: int = 0, longest: int = 0, threads: int = 1, ports: list[str] = [], observed: list[int] = [], outputs: bool = False, begin: Any = None, ended: Any = None) -> None:
+    def __init__(self, model: Model, start: Any, *, count: int = 1, method: str = 'gauss4', step: float = 0.01, substeps: int = 1, seed: int = 0, longest: int = 0, threads: int = 1, ports: list[str] = [], observed: list[int] = [], outputs: bool = False, begin: Any = None, ended: Any = None, cases: list[tuple[Model, Any, Any]] = []) -> None:
         """start: state an episode begins from, nx numbers. longest: actions after which an episode is cut off; 0: never. threads: 0
         for as many as the machine has. ports: that actions drive; empty: all. observed: state numbers; empty: all. outputs:
         whether y of the ports that are driven is observed after them.
 
         begin(uniform, x) -> x: where an episode begins; uniform(n) gives n random numbers in [0, 1) of the episode's own.
         ended(x) -> bool: whether an episode has ended at x. Both take the GIL.
+        cases: [(model, start, ended or None), ...] in place of model and start: models that differ in numbers alone. Every episode draws
+        the one it begins as; what each environment has now stands in `cases`.
         """
         ...
     @property
@@ -1471,6 +1473,14 @@ class Environment:
         """Steps taken in the episode."""
         ...
     @property
+    def cases(self) -> NDArray[Any]:
+        """The case of each environment."""
+        ...
+    @property
+    def final_cases(self) -> NDArray[Any]:
+        """The case of each environment at its final_observations."""
+        ...
+    @property
     def episodes(self) -> NDArray[numpy.int64]:
         """Number of the episode."""
         ...
@@ -1479,6 +1489,17 @@ class Environment:
         ...
     def set_state(self, environment: int, state: State) -> None:
         """Puts another state in its place; its episode goes on."""
+        ...
+
+class SceneOutputs:
+    """[[output]]s of a scene without sampled controllers, at states of its assembly. names: of outputs, or of their numbers, as 'tip.x'."""
+    def __init__(self, scene: SceneData, assembly: Assembly, names: list[str]) -> None: ...
+    @property
+    def names(self) -> list[str]:
+        """Of the numbers; outputs that the scene does not have are left out."""
+        ...
+    def at(self, times: Any, states: Any) -> NDArray[numpy.float64]:
+        """times: (n,) [s]; states: (n, nx). Returns (n, numbers) in the units of the outputs."""
         ...
 
 def check(model: Model, *, samples: int = 32, spread: float = 1.0, tolerance: float = 1e-11, seed: int = 1) -> CheckReport:
@@ -1752,9 +1773,13 @@ def add_method(name: str, step: Callable[..., Any], *, order: int, title: str = 
     [s] and h [s] are numbers, h also negative; x is a read-only array (nx,) of state numbers; field(t, x) returns their rates (nx,). A
     step may depend on its arguments alone. In derivatives and 113-bit references the arrays hold Dual or Quad numbers: write
     the step with operators and numpy's functions. symmetric and energy_exact are checked by
-    verify(); order, symplectic and quadratic_invariants are believed. A second call with the same name replaces the method. One
-    step costs some microseconds for Python beside its evaluations. Raises InvalidArgument for the name of a method of Porthos.
+    verify(); order, symplectic and quadratic_invariants are believed. A second call with the same name replaces the method; a run
+    by the one before is not resumed by another (see method_version). One step costs some microseconds for Python beside its evaluations. Raises InvalidArgument for the name of a method of Porthos.
     """
+    ...
+
+def method_version(method: str) -> str:
+    """Of a method that was added: the digest of its code, with the numbers, arrays and functions that it uses; it ends in 'not checked' where it uses other objects, whose change a resumed run does not see. Empty: a method of Porthos."""
     ...
 
 def read_scene(path: Any, *, method: Optional[str] = None, step: Optional[float] = None, duration: Optional[float] = None, change: dict[str, Union[float, list[float]]] = {}) -> SceneData:
@@ -1835,8 +1860,8 @@ def scene_of_case(path: os.PathLike, index: int, *, method: Optional[str] = None
     """A case of a scene's [ensemble] as a scene by itself; path: the scene file, or the results of the ensemble."""
     ...
 
-def starts_of_cases(scene: SceneData, cases: int) -> NDArray[numpy.float64]:
-    """The states that the first cases of a scene's [ensemble] begin from, (cases, nx). They may differ in numbers of [initial] alone."""
+def assemblies_of_cases(scene: SceneData, cases: int) -> list[Assembly]:
+    """The first cases of a scene's [ensemble] put together; they share one model where they differ in numbers of [initial] alone."""
     ...
 
 def run_ensemble(scene: SceneData, out: str, threads: int = 0, resume: bool = False, report: Any = None) -> bool:
