@@ -1,6 +1,7 @@
 """The code of docs/python.md runs as it stands, from top to bottom."""
 import os
 import re
+import subprocess
 
 import pytest
 
@@ -17,6 +18,11 @@ def test_docs_python(source, tmp_path, monkeypatch, capsys):
     for line, code in blocks:
         exec(compile("\n" * (line - 1) + code, "docs/python.md", "exec"), names)
     assert os.path.getsize("results/ets_vii/plot.png") > 20000
+    if cli := os.environ.get("PORTHOS_CLI"):  # the episode is judged by the command beside it
+        judge = next(line for line in text.splitlines() if line.startswith("porthos judge episode.csv")).split()
+        assert subprocess.run([cli, *judge[1:]], capture_output=True, check=False).returncode == 0
+        (tmp_path / "episode.toml").write_text("[verify]\nenergy = 1e-9\n")
+        assert subprocess.run([cli, *judge[1:-1], "off"], capture_output=True, check=False).returncode == 1  # control: without gravity
     out = capsys.readouterr().out
     assert "verdict  pass" in out and "FAIL" not in out, out
 
