@@ -46,8 +46,8 @@ struct EnvironmentCase {
 /// Environments for learning and planning: reset, act, observe, over a batch.
 ///
 /// An action is a row of port inputs u, held over `substeps` steps. The caller computes rewards
-/// from observations and actions. A step depends only on the environment's state, case and
-/// action, and not on threads, lanes, neighbours or earlier steps. So planners may restore states. Random
+/// from observations and actions. A step depends only on the environment's state, case and action,
+/// and not on threads, lanes, neighbours or earlier steps. So planners may restore states. Random
 /// numbers depend on (seed, environment, episode): the same seed and actions give the same bits. If
 /// an episode ends (goal, limit of length, or failure of the method), the environment starts the
 /// next episode in the same step. final_observations() then has its last observation. With several

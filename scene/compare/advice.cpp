@@ -169,6 +169,23 @@ std::string sentence(const Comparison& c, const Advice& a) {
 
 }  // namespace
 
+std::optional<double> Comparison::order_below_declared(const MethodTrials& m) const {
+  if (m.method.order < 1 || m.short_sweeps || m.control != integrators::StepControl::fixed ||
+      !reference)
+    return {};
+  constexpr double short_of = 0.5, agree = 0.2, coarsest = 1e-2, rounding = 1e-11;
+  const double floor = std::max(rounding, 100 * reference->error);
+  std::optional<double> before, finest;
+  for (size_t i = 1; i < m.trials.size(); ++i) {
+    const auto order = observed_order(m.trials[i - 1], m.trials[i]);
+    const bool converged =
+        order && *m.trials[i - 1].trajectory_error<coarsest&& * m.trials[i].trajectory_error> floor;
+    if (converged && before && std::fabs(*order - *before) < agree) finest = order;
+    before = converged ? order : std::nullopt;
+  }
+  return finest && *finest < m.method.order - short_of ? finest : std::nullopt;
+}
+
 bool Comparison::contradicted(const MethodTrials& m) {
   return m.method.energy_exact == integrators::Claim::holds &&
          std::ranges::any_of(m.trials, [](const Trial& t) {

@@ -233,6 +233,10 @@ std::string comparison_table(const Scene& scene, const Comparison& c) {
     text += fmt::format(
         "note     declared to keep the energy with any step, and these trials do not: {}\n",
         not_believed);
+  for (const auto& m : c.methods)
+    if (const auto order = c.order_below_declared(m))
+      text += fmt::format("note     {} is declared of order {}, and these trials show {:.1f}\n",
+                          m.label(), m.method.order, *order);
   if (!names_of([](const auto& m) { return m.short_sweeps; }).empty())
     text +=
         "note     \"short\": iterations stopped at the error of the run above with the same step "

@@ -55,6 +55,7 @@ class Judge {
             !kept_.quadratic && !method_.needs.contacts);
     else
       cannot("quaternion_norm", limits_.quaternion_norm, "the system has no rotations");
+    doubt_invariants();
     constraints();
     ledgers();
     check("balance", limits_.balance,
@@ -118,6 +119,18 @@ class Judge {
     else
       cannot("angular_momentum", limits_.angular_momentum, no_invariant);
     tell_propellant();
+  }
+  /// A method that is declared to keep quadratic invariants keeps them to rounding.
+  void doubt_invariants() {
+    if (!kept_.quadratic || r_.outcome != Outcome::ok || scene_.iteration_tolerance > 0) return;
+    constexpr double no_rounding = 1e-9;
+    for (const Check& c : r_.checks)
+      if ((c.name == "angular_momentum" || c.name == "quaternion_norm") && !c.pass &&
+          c.value > no_rounding)
+        r_.notes.push_back(fmt::format(
+            "{} is declared to keep quadratic invariants with any step, and {} is off by {:.2g}: "
+            "the declared quadratic_invariants is contradicted",
+            method_.name, c.name, c.value));
   }
   void constraints() {
     if (meter_.constraint_rows() == 0)

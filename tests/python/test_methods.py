@@ -76,6 +76,25 @@ def test_a_claim_that_the_trials_contradict_is_not_believed(source, tmp_path):
     assert not any("declared" in n for n in honest.run(out=tmp_path / "honest").notes)
 
 
+def test_an_order_and_invariants_that_the_trials_contradict_are_told(source, tmp_path, pendulum):
+    def heun(field, t, x, h):
+        a = field(t, x)
+        return h / 2 * (a + field(t + h, x + h * a))
+
+    model = ph.MechanicalModel(pendulum)
+    for order in (3, 2):
+        ph.add_method("own_heun", heun, order=order)
+        text = str(ph.compare(model, model.state([0.5, 0.2], [0, 0]), step=0.02, duration=2, methods=["own_heun", "rk4", "gauss4"], budget=1))
+        assert ("own_heun is declared of order 3, and these trials show 2.0" in text) == (order == 3), text
+        assert "rk4 is declared" not in text and "gauss4 is declared" not in text
+    notes = []
+    for claim in (True, False):
+        ph.add_method("own_turning", heun, order=2, quadratic_invariants=claim)
+        scene = ph.Scene(source / "examples/dzhanibekov/scene.toml", method="own_turning", step=0.01, duration=2)
+        notes.append([n for n in scene.run(out=tmp_path / str(claim), progress=False).notes if "quadratic_invariants is contradicted" in n])
+    assert any(n.startswith("own_turning is declared to keep quadratic invariants with any step, and angular_momentum is off by") for n in notes[0]) and not notes[1]
+
+
 def test_a_method_with_a_memory_is_refused_at_once(source):
     before = []
 
