@@ -1,5 +1,8 @@
 // A method of integration written in Python, as an entry of the catalogue.
 #include <fmt/format.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
 
 #include "integrators/catalogue.h"
 #include "integrators/core/stagnation.h"  // magnitude
@@ -123,6 +126,23 @@ class PythonMethod final : public BasicIntegrator<T> {
   bool tried_ = false;  ///< whether it was looked at what it gives
 };
 
+/// Of the names that Python gives.
+Needs needs_of(const std::vector<std::string>& names) {
+  Needs needs;
+  const std::pair<const char*, bool*> known[] = {{"canonical", &needs.canonical},
+                                                 {"lossless", &needs.lossless},
+                                                 {"separable", &needs.separable},
+                                                 {"linear_state", &needs.linear_state}};
+  for (const auto& name : names) {
+    const auto found = std::ranges::find(known, name, [](const auto& k) { return k.first; });
+    if (found == std::end(known))
+      throw InvalidArgument("needs has '" + name +
+                            "', expected canonical, lossless, separable or linear_state");
+    *found->second = true;
+  }
+  return needs;
+}
+
 Claim claim(bool holds) { return holds ? Claim::holds : Claim::unknown; }
 
 }  // namespace
@@ -131,7 +151,8 @@ void bind_user_method(py::module_& m) {
   m.def(
       "add_method",
       [](const std::string& name, py::function step, int order, const std::string& title,
-         bool symmetric, bool symplectic, bool quadratic_invariants, bool energy_exact) {
+         bool symmetric, bool symplectic, bool quadratic_invariants, bool energy_exact,
+         const std::vector<std::string>& needs) {
         if (order < 1)
           throw InvalidArgument(
               fmt::format("the order of '{}' is {}, expected 1 or more", name, order));
@@ -143,7 +164,8 @@ void bind_user_method(py::module_& m) {
                          .symmetric = claim(symmetric),
                          .symplectic = claim(symplectic),
                          .energy_exact = claim(energy_exact),
-                         .quadratic_invariants = claim(quadratic_invariants)},
+                         .quadratic_invariants = claim(quadratic_invariants),
+                         .needs = needs_of(needs)},
                         [step = keep(step)]<class T>(const Declaration& d, const phs::Model& model,
                                                      T h, const Options& o) {
                           return std::make_unique<PythonMethod<T>>(d, model, h, o, step);
@@ -153,13 +175,16 @@ void bind_user_method(py::module_& m) {
       py::arg("name"), py::arg("step"), py::kw_only(), py::arg("order"), py::arg("title") = "",
       py::arg("symmetric") = false, py::arg("symplectic") = false,
       py::arg("quadratic_invariants") = false, py::arg("energy_exact") = false,
+      py::arg("needs") = std::vector<std::string>{},
       R"(Adds a method of integration of your own to those of scenes, simulate() and compare().
 
 step(field, t, x, h) returns x(t + h) - x(t), an array (nx,): the difference keeps the digits that x + difference would lose. t
 [s] and h [s] are numbers, h also negative; x is a read-only array (nx,) of state numbers; field(t, x) returns their rates (nx,). A
 step may depend on its arguments alone. In derivatives and 113-bit references the arrays hold Dual or Quad numbers: write
 the step with operators and numpy's functions. symmetric and energy_exact are checked by
-verify(); order, symplectic and quadratic_invariants are believed. A second call with the same name replaces the method; a run
+verify(); order, symplectic and quadratic_invariants are believed, and a run or compare() tells what contradicts them. needs: what
+a system must have, of "canonical" (x = (q, p) in two halves), "lossless", "separable" (H = T(p) + V(q)) and "linear_state" (no
+quaternions); others are refused in one sentence. A second call with the same name replaces the method; a run
 by the one before is not resumed by another (see method_version). One step costs some microseconds for Python beside its evaluations. Raises InvalidArgument for the name of a method of Porthos.)");
   m.def("method_version", &version_of, py::arg("method"),
         "Of a method that was added: the digest of its code, with the numbers, arrays and "

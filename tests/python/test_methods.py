@@ -95,6 +95,23 @@ def test_an_order_and_invariants_that_the_trials_contradict_are_told(source, tmp
     assert any(n.startswith("own_turning is declared to keep quadratic invariants with any step, and angular_momentum is off by") for n in notes[0]) and not notes[1]
 
 
+def test_what_a_method_needs_of_a_system(source, pendulum):
+    def leapfrog(field, t, x, h):  # of x = (q, p): p moves by q alone, q by p alone
+        n = len(x) // 2
+        y = x.copy()
+        y[n:] += h / 2 * field(t, y)[n:]
+        y[:n] += h * field(t, y)[:n]
+        y[n:] += h / 2 * field(t + h, y)[n:]
+        return y - x
+
+    ph.add_method("own_leapfrog", leapfrog, order=2, symmetric=True, symplectic=True, needs=["canonical", "separable"])
+    model = ph.MechanicalModel(pendulum)
+    refused(lambda: ph.simulate(model, model.state([0.5, 0], [0, 0]), step=0.01, duration=1, method="own_leapfrog"), "own_leapfrog", "needs a separable Hamiltonian")
+    ph.add_method("own_leapfrog", leapfrog, order=2)  # control: it is taken without
+    ph.simulate(model, model.state([0.5, 0], [0, 0]), step=0.01, duration=0.1, method="own_leapfrog")
+    refused(lambda: ph.add_method("own_leapfrog", leapfrog, order=2, needs=["seperable"]), "needs has 'seperable', expected canonical, lossless, separable or linear_state")
+
+
 def test_a_method_with_a_memory_is_refused_at_once(source):
     before = []
 

@@ -1766,14 +1766,16 @@ def integrator(name: str, model: Model, step: float, *, rtol: float = 1e-12, ato
     """
     ...
 
-def add_method(name: str, step: Callable[..., Any], *, order: int, title: str = '', symmetric: bool = False, symplectic: bool = False, quadratic_invariants: bool = False, energy_exact: bool = False) -> None:
+def add_method(name: str, step: Callable[..., Any], *, order: int, title: str = '', symmetric: bool = False, symplectic: bool = False, quadratic_invariants: bool = False, energy_exact: bool = False, needs: list[str] = []) -> None:
     """Adds a method of integration of your own to those of scenes, simulate() and compare().
 
     step(field, t, x, h) returns x(t + h) - x(t), an array (nx,): the difference keeps the digits that x + difference would lose. t
     [s] and h [s] are numbers, h also negative; x is a read-only array (nx,) of state numbers; field(t, x) returns their rates (nx,). A
     step may depend on its arguments alone. In derivatives and 113-bit references the arrays hold Dual or Quad numbers: write
     the step with operators and numpy's functions. symmetric and energy_exact are checked by
-    verify(); order, symplectic and quadratic_invariants are believed. A second call with the same name replaces the method; a run
+    verify(); order, symplectic and quadratic_invariants are believed, and a run or compare() tells what contradicts them. needs: what
+    a system must have, of "canonical" (x = (q, p) in two halves), "lossless", "separable" (H = T(p) + V(q)) and "linear_state" (no
+    quaternions); others are refused in one sentence. A second call with the same name replaces the method; a run
     by the one before is not resumed by another (see method_version). One step costs some microseconds for Python beside its evaluations. Raises InvalidArgument for the name of a method of Porthos.
     """
     ...
