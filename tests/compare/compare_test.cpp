@@ -343,6 +343,26 @@ TEST(Advice, TheObservedOrderIsThePowerOfTheStep) {
   EXPECT_FALSE(scene::observed_order(failed, trial(0.2, 0, 1e-4)));
 }
 
+TEST(Advice, AnOrderBelowTheDeclaredOneIsTold) {
+  Comparison c;
+  const auto told = [&](int shown, double error) {
+    scene::MethodTrials m;
+    m.method.order = 3;
+    for (double h = 0.1; h > 0.01; h /= 2) {
+      m.trials.push_back(made_up("gauss4", h, 0, 1, 0));
+      m.trials.back().trajectory_error = error * std::pow(h, shown);
+    }
+    return c.order_below_declared(m);
+  };
+  EXPECT_FALSE(told(2, 0.1)) << "without a reference";
+  c.reference.emplace().error = 1e-12;
+  ASSERT_TRUE(told(2, 0.1));
+  EXPECT_NEAR(*told(2, 0.1), 2, 1e-12);
+  EXPECT_FALSE(told(3, 0.1)) << "control";
+  EXPECT_FALSE(told(2, 1e9)) << "no convergence yet";
+  EXPECT_FALSE(told(2, 1e-9)) << "rounding";
+}
+
 TEST(Advice, ReadsStepsOffBetweenTrials) {
   const Comparison c = power_laws(50);
   const auto a = scene::advise(c, 2e-4);

@@ -488,11 +488,11 @@ TEST(Catalogue, TakesMethodsInUse) {
   EXPECT_EQ(&entry_of("rk4"), &rk4);  // references stay
   EXPECT_EQ(catalogue().back().name, "own");
   own.declaration.order = 3;
-  add_entry(own);  // replaced
+  EXPECT_EQ(version_of("own"), "");
+  add_entry(own, "mine");  // replaced
+  EXPECT_EQ(version_of("own"), "mine");
   EXPECT_EQ(declaration_of("own").order, 3);
-  EXPECT_EQ(std::count_if(catalogue().begin(), catalogue().end(),
-                          [](const auto& d) { return d.name == "own"; }),
-            1);
+  EXPECT_EQ(std::ranges::count(catalogue(), "own", &Declaration::name), 1);
   EXPECT_THROW(add_entry(rk4), InvalidArgument);
 }
 
