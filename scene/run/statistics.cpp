@@ -12,6 +12,7 @@ namespace {
 constexpr double enough = 8;  // increments needed to use a level
 constexpr size_t fewest_parts = 9;
 constexpr size_t fewest_levels = 3;
+constexpr double steep = 0.75;  // a slope as of a drift
 
 }  // namespace
 
@@ -53,10 +54,64 @@ void ErrorStatistics::add(double error, bool regular) {
 
 double ErrorStatistics::rms() const { return count_ > 0 ? std::sqrt(sum_of_squares_ / count_) : 0; }
 
+/// Of the parts [from, to).
+double ErrorStatistics::Parts::variance(size_t from, size_t to) const {
+  double mean = 0, square = 0;
+  for (size_t i = from; i < to; ++i) {
+    mean += means[i] / double(to - from);
+    square += mean_squares[i] / double(to - from);
+  }
+  return std::max(0.0, square - mean * mean);
+}
+
+ErrorStatistics::Course ErrorStatistics::course() const {
+  constexpr double next_to_none = 0.02, nearly_all = 0.8, clearly = 0.04;  // of a variance
+  const size_t n = parts_.means.size();
+  const double whole = n < fewest_parts ? 0 : parts_.variance(0, n);
+  if (!(whole > 0)) return {};
+  if (parts_.variance(n / 2, n) < next_to_none * whole) return {Course::settles};
+  double least = whole, sum = 0;
+  for (size_t k = 0; k < 4; ++k) {
+    const double quarter = parts_.variance(k * n / 4, (k + 1) * n / 4);
+    least = std::min(least, quarter);
+    sum += quarter / 4;
+  }
+  if (least > nearly_all * whole)
+    return {Course::recurs, std::max(0.0, std::log(whole / sum) / std::log(16.0))};
+  const double first = parts_.variance(0, n / 2), last = parts_.means.back() - start_;
+  if (first < next_to_none * whole && last * last > clearly * parts_.scatter(n - 1) && monotone())
+    return {Course::explodes, 0.5 * std::log2(whole / std::max(first, 1e-30 * whole))};
+  return {};
+}
+
+bool ErrorStatistics::monotone() const {
+  const auto& means = parts_.means;
+  for (size_t i = 1; i < means.size(); ++i)
+    if (!((means[i] - means[i - 1]) * (means.back() - means.front()) > 0)) return false;
+  return means.size() >= fewest_parts;
+}
+
 double ErrorStatistics::growth_exponent() const {
+  const Course c = course();
+  if (c.kind != Course::unknown) return c.exponent;
+  const double slope = slope_of_increments();
+  return slope;
+}
+
+size_t ErrorStatistics::first_level() const {
+  constexpr double many = 32;  // increments whose sum scatters little
+  for (size_t j = 0; j + 1 < levels_.size() && levels_[j + 1].count >= many; ++j) {
+    const double now = levels_[j].sum_of_squares / levels_[j].count,
+                 next = levels_[j + 1].sum_of_squares / levels_[j + 1].count;
+    if (!(next > std::pow(2.0, 2 * steep) * now)) return j;
+  }
+  return 0;
+}
+
+double ErrorStatistics::slope_of_increments() const {
   // Slope of y = ½ log S_j over x = j log 2.
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, net = 0, gross = 0;
-  for (size_t j = 0; j < levels_.size(); ++j) {
+  for (size_t j = first_level(); j < levels_.size(); ++j) {
     const Level& level = levels_[j];
     if (level.count < enough || !(level.sum_of_squares > 0)) continue;
     const double x = double(j) * std::log(2.0),
@@ -71,11 +126,13 @@ double ErrorStatistics::growth_exponent() const {
   }
   const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
   // A few swings of a bounded error look like a drift while they rise, but come back.
-  const bool swings = slope > 0.75 && net < 0.5 * gross;
+  const bool swings = slope > steep && net < 0.5 * gross;
   return n < double(fewest_levels) || swings ? std::numeric_limits<double>::quiet_NaN() : slope;
 }
 
 bool ErrorStatistics::drift_is_significant() const {
+  const auto kind = course().kind;
+  if (kind == Course::settles || kind == Course::explodes) return kind == Course::explodes;
   return drift_of_records() || drift_of_means();
 }
 
@@ -96,14 +153,20 @@ bool ErrorStatistics::drift_of_means() const {
   if (means.size() < fewest_parts) return false;
   const double n = double(means.size()) - 1, change = means.back() - means.front(),
                mean = change / n;
-  double variance = 0, scatter = parts_.scatter(0) / (n + 1);
+  double variance = 0, bends = 0, scatter = parts_.scatter(0) / (n + 1);
   for (size_t i = 1; i < means.size(); ++i) {
     const double increment = means[i] - means[i - 1] - mean;
     variance += increment * increment / n;
     scatter += parts_.scatter(i) / (n + 1);
+    if (i < 2) continue;
+    const double bend = means[i] - 2 * means[i - 1] + means[i - 2];
+    bends += bend * bend / (2 * n - 2);
   }
-  const double of_walk = parts_.length > 1 ? 1.5 : 1;
-  return std::fabs(change) > 5 * std::sqrt(of_walk * n * variance) && change * change > scatter;
+  const bool walks = parts_.length > 1;
+  if (walks) bends /= 0.75;
+  const double of_walk = n * (walks ? 1.5 : 1), found = change * change;
+  return found > scatter &&
+         (found > 25 * of_walk * variance || (monotone() && found > 12 * of_walk * bends));
 }
 
 double ErrorStatistics::swing_growth() const {

@@ -23,13 +23,16 @@ class ErrorStatistics {
   double rms() const;
   double change() const { return end_ - start_; }  ///< last - first
 
-  /// Least-squares slope of log sqrt(S_j) against log 2^j over the levels of at least 8 increments;
-  /// NaN for fewer than 3 such levels, and for a slope above 0.75 of an error that comes back: less
-  /// than half of its increments of the last level, had they one sign, are left at the end.
+  /// 0 bounded, ½ a random walk, 1 a drift, more if faster. By how the scatter grows with the length
+  /// where the series settles, recurs or explodes (Course): increments tell of swings only where
+  /// they are longer than these. Else the least-squares slope of log sqrt(S_j) against log 2^j over
+  /// the levels of at least 8 increments, less those within a swing. NaN for fewer than 3 such
+  /// levels, and for a slope above 0.75 of an error that comes back: less than half of its
+  /// increments of the last level, had they one sign, are left at the end.
   double growth_exponent() const;
 
   /// Whether the records, or their means over parts of the series, have gone further than a random
-  /// walk or an oscillation goes.
+  /// walk or an oscillation goes. false for an error that settles.
   bool drift_is_significant() const;
 
   /// How many times larger the scatter of the records is in the last of 9 to 17 equal parts of the
@@ -51,7 +54,9 @@ class ErrorStatistics {
   /// Whether the means over 9 to 17 equal parts of the series differ from the first to the last by
   /// more than five standard errors of a random walk with their n increments, s sqrt(3n/2), and by
   /// more than the scatter of the records in a part. The factor 3/2 is that of a walk's means,
-  /// whose increments are correlated. false for fewer than 9 records.
+  /// whose increments are correlated. Means that rise or fall from part to part without exception
+  /// are taken for a drift that slows down or speeds up by 3.5 standard errors, with s from the
+  /// differences of neighbouring increments. false for fewer than 9 records.
   bool drift_of_means() const;
   struct Level {
     double last = 0, sum_of_squares = 0, count = 0;
@@ -63,8 +68,23 @@ class ErrorStatistics {
     std::vector<double> means, mean_squares;
     void add(double error);
     /// Variance of the records in a part.
-    double scatter(size_t i) const { return std::max(0.0, mean_squares[i] - means[i] * means[i]); }
+    double scatter(size_t i) const { return variance(i, i + 1); }
+    /// Of the records in the parts [from, to).
+    double variance(size_t from, size_t to) const;
   };
+  /// What the scatter of the records in halves and quarters of the series tells beside the whole.
+  struct Course {
+    /// settles: next to none in the second half. recurs: nearly all in each quarter, as of swings
+    /// that do not grow. explodes: next to none in the first half, and the means do not come back.
+    enum Kind { unknown, settles, recurs, explodes } kind = unknown;
+    double exponent = 0;  ///< by which the scatter grows with the length
+  };
+  Course course() const;
+  bool monotone() const;  ///< the means of the parts, at least 9
+  double slope_of_increments() const;
+  /// The first level whose slope is not that of a drift, if there is any: a swing that is recorded
+  /// densely rises on all levels within it.
+  size_t first_level() const;
   double count_ = 0, regular_ = 0, max_abs_ = 0, sum_of_squares_ = 0, start_ = 0, end_ = 0;
   Parts parts_;
   std::vector<Level> levels_;
