@@ -20,6 +20,7 @@
 #include "scene/files/files.h"
 #include "scene/read/changed_scene.h"
 #include "scene/run/columns.h"
+#include "scene/run/growth_words.h"
 #include "scene/run/statistics.h"
 #include "scene/session/extension.h"
 #include "scene/session/info.h"
@@ -166,7 +167,7 @@ py::dict statistics_of(const std::vector<double>& errors) {
   return py::dict("max_abs"_a = s.max_abs(), "rms"_a = s.rms(), "change"_a = s.change(),
                   "growth_exponent"_a = s.growth_exponent(),
                   "drift_is_significant"_a = s.drift_is_significant(),
-                  "swing_growth"_a = s.swing_growth());
+                  "swing_growth"_a = s.swing_growth(), "words"_a = growth_words(s));
 }
 
 }  // namespace
@@ -283,12 +284,15 @@ void bind_scene(py::module_& m) {
         arg("budget"), arg("duration"), arg("out"), arg("report") = py::none(),
         "Speed against error: (compare.json, compare.txt), and the files in `out` unless it is "
         "empty.");
-  m.def("error_statistics", &statistics_of, arg("errors"),
-        "Growth and drift of a series of errors at equal intervals of time, as runs are judged: "
-        "max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift or faster; nan for less "
-        "than 32 or so), drift_is_significant (means over parts of the series, beyond five "
-        "standard errors of a random walk) and swing_growth (how many times larger the scatter is "
-        "in the last part than in the first, if it rises from part to part, else 1).");
+  m.def(
+      "error_statistics", &statistics_of, arg("errors"),
+      "Growth and drift of a series of errors at equal intervals of time, as runs are judged: "
+      "max_abs, rms, change, growth_exponent (0 bounded, 0.5 random walk, 1 drift or faster; nan "
+      "where a level of increments is missing, as for less than 32 records, or swings are too "
+      "few), drift_is_significant (beyond five standard errors of a random walk), swing_growth "
+      "(how many times larger the scatter is in the last part than in the first, if it rises from "
+      "part to part, else 1) and words (what follows \"the error\" in the verdict of a run, the "
+      "errors taken as relative ones, a drift per record).");
   bind_motion(m);
   bind_run_file(m);
 }

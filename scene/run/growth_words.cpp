@@ -7,44 +7,74 @@
 #include <limits>
 
 namespace porthos::scene {
+namespace {
 
-std::string growth_words(const RunReport& r) {
+/// What is told beside the figures of an error.
+struct Told {
+  double steps = 0, length = 0;
+  const char* unit = "s";       ///< of the length
+  std::string of_bounded = {};  ///< where an error above rounding that stays bounded comes from
+  std::string what_to_do = {};  ///< about one that grows
+  bool unequal = false;
+};
+
+std::string words(const EnergyReport& e, const Told& told) {
   constexpr double unit = std::numeric_limits<double>::epsilon();
-  const EnergyReport& e = r.energy;
   const double error = e.max_rel_error, g = e.growth_exponent;
   if (!std::isfinite(error)) return "is not a finite number";
   if (error < unit) return "is below one rounding of a double";
 
-  const bool rounding = error <= 4 * unit * std::sqrt(double(std::max<std::int64_t>(1, r.steps)));
+  const bool rounding = error <= 4 * unit * std::sqrt(std::max(1.0, told.steps));
   const bool drifts = e.drift_is_significant && !rounding;
-  const std::string drift = fmt::format("drifts by {:.2g} per s", e.drift_per_s);
+  const std::string rate = fmt::format("by {:.2g} per {}", e.drift_per_s, told.unit);
   const std::string swings = fmt::format("swings, and its swings grow {:.2g}-fold", e.swing_growth);
   if (!std::isfinite(g)) {
-    if (drifts) return drift;
+    if (drifts) return "drifts " + rate;
     if (e.swings_grow() && !rounding) return swings;
-    const bool unequal =
-        std::ranges::any_of(r.notes, [](const auto& n) { return n.starts_with(unequal_rows); });
-    return unequal ? "is known at unequal intervals, which do not tell how it grows"
-                   : "has too few records or swings to tell how it grows";
+    return told.unequal ? "is known at unequal intervals, which do not tell how it grows"
+                        : "has too few records or swings to tell how it grows";
   }
   const std::string exponent = fmt::format(" (growth exponent {:.2f})", g);
   if (g >= 0.75)
-    return "drifts, like t or faster" + exponent +
-           (e.drift_is_significant ? fmt::format(", by {:.2g} per s", e.drift_per_s)
-                                   : ", by an amount that is not significant");
+    return "drifts, like t or faster" + exponent + ", " +
+           (e.drift_is_significant ? rate : "by an amount that is not significant");
   if (drifts)
-    return drift + exponent +
-           (std::fabs(e.drift_per_s) * r.simulated_s > 0.5 * error
+    return "drifts " + rate + exponent +
+           (std::fabs(e.drift_per_s) * told.length > 0.5 * error
                 ? "; the exponent is that of the swings on it"
                 : ", which is hidden in the scatter of single records");
   if (e.swings_grow() && !rounding) return swings + exponent;
   if (rounding) return (g < 0.25 ? "stays bounded" : "grows like rounding, √t") + exponent;
-  if (g < 0.25)
-    return "stays bounded" + exponent + ", above rounding: " +
-           (r.method == "recorded" ? "the digits of the file, or its method"
-                                   : "the truncation of the method");
-  return "grows" + exponent +
-         ", by more than rounding: part of the motion is resolved less finely than the rest";
+  return g < 0.25 ? "stays bounded" + exponent + ", above rounding" + told.of_bounded
+                  : "grows" + exponent + ", by more than rounding" + told.what_to_do;
+}
+
+}  // namespace
+
+std::string growth_words(const RunReport& r) {
+  const bool recorded = r.method == "recorded";
+  return words(
+      r.energy,
+      {.steps = double(r.steps),
+       .length = r.simulated_s,
+       .of_bounded =
+           recorded ? ": the digits of the file, or its method" : ": the truncation of the method",
+       .what_to_do = recorded ? ""
+                              : ": does it with a shorter step (porthos compare)? Do the slopes of "
+                                "energies of your own agree with them (porthos verify)?",
+       .unequal = std::ranges::any_of(r.notes,
+                                      [](const auto& n) { return n.starts_with(unequal_rows); })});
+}
+
+std::string growth_words(const ErrorStatistics& s) {
+  EnergyReport e;
+  e.max_rel_error = s.max_abs();
+  e.growth_exponent = s.growth_exponent();
+  e.drift_is_significant = s.drift_is_significant();
+  e.swing_growth = s.swing_growth();
+  const double steps = std::max(1.0, double(s.count()) - 1);
+  e.drift_per_s = s.change() / steps;
+  return words(e, {.steps = steps, .length = steps, .unit = "record"});
 }
 
 }  // namespace porthos::scene

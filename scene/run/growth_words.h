@@ -2,6 +2,7 @@
 #include <string>
 
 #include "scene/run/run_report.h"
+#include "scene/run/statistics.h"
 
 namespace porthos::scene {
 
@@ -12,5 +13,7 @@ inline constexpr const char* unequal_rows = "the rows are at unequal intervals";
 /// like rounding, √t (growth exponent 0.48)". An exponent speaks of rounding only where the error
 /// is a few units of rounding times √steps; a significant drift is told with its rate.
 std::string growth_words(const RunReport& r);
+/// The same of a series of relative errors, one for each step: a drift is told per record.
+std::string growth_words(const ErrorStatistics& s);
 
 }  // namespace porthos::scene

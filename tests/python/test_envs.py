@@ -235,6 +235,7 @@ def test_statistics_of_errors(pendulum):
     walk, drift = np.cumsum(rng.normal(size=4096)), np.arange(4096.0) + rng.normal(size=4096)
     a, b = ph.error_statistics(walk), ph.error_statistics(drift)
     assert 0.4 < a["growth_exponent"] < 0.6 and not a["drift_is_significant"]
+    assert b["words"].startswith("drifts, like t or faster") and "per record" in b["words"]
     assert b["growth_exponent"] > 0.75 and b["drift_is_significant"] and b["max_abs"] == np.abs(drift).max()
     refused(lambda: ph.error_statistics([0.0, np.nan]), "not finite")
 

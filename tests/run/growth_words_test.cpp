@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 namespace {
 
@@ -32,8 +33,9 @@ TEST(GrowthWords, OfEachKindOfError) {
             "stays bounded (growth exponent 0.02), above rounding: the truncation of the method");
   // The same exponent of an error that is no rounding is none of it.
   EXPECT_EQ(words(run(1e-9, 0.48)),
-            "grows (growth exponent 0.48), by more than rounding: part of the motion is resolved "
-            "less finely than the rest");
+            "grows (growth exponent 0.48), by more than rounding: does it with a shorter step "
+            "(porthos compare)? Do the slopes of energies of your own agree with them (porthos "
+            "verify)?");
   EXPECT_EQ(words(run(1e-6, 0.97, 1e-9)),
             "drifts, like t or faster (growth exponent 0.97), by 1e-09 per s");
   EXPECT_EQ(words(run(1e-6, 0.97)),
@@ -61,6 +63,31 @@ TEST(GrowthWords, OfARecordedMotion) {
   r.notes = {"the rows are at unequal intervals (from 0.1 to 0.3 s)"};
   EXPECT_EQ(scene::growth_words(r),
             "is known at unequal intervals, which do not tell how it grows");
+}
+
+/// Of one wording with runs. Each kind of error is the control of the others.
+TEST(GrowthWords, OfASeries) {
+  const auto words = [](const std::function<double(double)>& e) {
+    scene::ErrorStatistics s;
+    for (int i = 0; i <= 2000; ++i) s.add(e(i / 2000.0));
+    return scene::growth_words(s);
+  };
+  EXPECT_EQ(words([](double x) { return 1e-6 * std::sin(300 * x); }),
+            "stays bounded (growth exponent 0.00), above rounding");
+  EXPECT_EQ(words([](double x) { return 1e-6 * (1 - std::exp(-10 * x)); }),
+            "stays bounded (growth exponent 0.00), above rounding");
+  EXPECT_EQ(words([](double x) { return 1e-6 * x; }),
+            "drifts, like t or faster (growth exponent 1.00), by 5e-10 per record");
+  EXPECT_TRUE(words([](double x) {
+                return 1e-6 * std::exp(10 * x);
+              }).starts_with("drifts, like t or faster (growth exponent 7."));
+  EXPECT_TRUE(words([](double x) {
+                return 1e-6 * (x + 0.1 * std::sin(300 * x));
+              }).starts_with("drifts by 4.5e-10 per record"));
+  EXPECT_TRUE(words([](double x) {
+                return 1e-6 * std::exp(5 * x) * std::sin(300 * x);
+              }).starts_with("swings, and its swings grow"));
+  EXPECT_EQ(words([](double x) { return 1e-17 * x; }), "is below one rounding of a double");
 }
 
 }  // namespace
