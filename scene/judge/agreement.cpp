@@ -1,10 +1,13 @@
 // Whether the positions of a trajectory move as its rates say.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <optional>
 
 #include "mechanics/rotation.h"
-#include "scene/judge/detail/trajectory.h"
+#include "scene/judge/detail/rows.h"
 
 namespace porthos::scene {
 
@@ -31,9 +34,37 @@ double unit_of(const Numbers& column) {
 /// The mean size of the difference of two numbers that are rounded to such units.
 double rounding(const Numbers& column) { return unit_of(column) / 3; }
 
+/// Why no coordinate is checked.
+std::string why_no_rates(const Rows& rows, const std::optional<Trajectory::Agreement>& coarse) {
+  bool any = false;
+  for (size_t i = 0; i < rows.t.size(); ++i) any |= rows.resolve(i);
+  if (!any)
+    return fmt::format("too few rows: {}, expected 4 or more{}", rows.t.size(),
+                       rows.equal ? "" : " without a hole");
+  if (!coarse) return "nothing moves that has rates of its own";
+  return coarse->hidden > 0
+             ? fmt::format(
+                   "the rates of '{}' tell of {:.2g} turns between rows, and its angles do "
+                   "not show them",
+                   coarse->name, coarse->hidden)
+             : fmt::format(
+                   "the rows are too far apart to tell, as the rates of '{}' change too "
+                   "much between them: too few rows to check rates",
+                   coarse->name);
+}
+
+/// A pass must be meaningful.
+void judge_no_few_rows(RunReport& r, const Rows& rows) {
+  constexpr size_t fewest = 4;
+  if (rows.t.size() >= fewest) return;
+  for (Check& c : r.checks) c.telling = false;
+  r.notes.push_back(fmt::format("too few rows to judge a motion: {}, expected {} or more",
+                                rows.t.size(), fewest));
+}
+
 }  // namespace
 
-Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const Numbers& t) const {
+Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const Rows& rows) const {
   const auto attitude = [&](size_t i) {  // its length takes no part in the angle and the axis
     return mechanics::Quaternion<double>{k.q[0][i], {k.q[1][i], k.q[2][i], k.q[3][i]}};
   };
@@ -42,8 +73,11 @@ Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const 
   Agreement one{k.c.name};
   double rounded = 0;  // a rotation is twice the change of a quaternion
   for (const Numbers& column : k.q) rounded += 2 * rounding(column);
-  for (size_t i = 2; i + 1 < t.size(); ++i) {
-    const double h = t[i] - t[i - 1];
+  for (size_t i = 2; i + 1 < rows.t.size(); ++i) {
+    if (!rows.resolve(i)) continue;
+    const double h = rows.interval(i);
+    one.rates += norm(rate(i));
+    one.changes += norm(rate(i) - rate(i - 1));
     const auto before = attitude(i - 1), after = attitude(i);
     const auto turn = along_world ? after * before.conj() : before.conj() * after;
     const double sine = norm(turn.v), angle = 2 * std::atan2(sine, turn.w);
@@ -82,11 +116,11 @@ std::vector<Numbers> Trajectory::velocity_in_world(const Columns& place) const {
   return v;
 }
 
-std::vector<Trajectory::Agreement> Trajectory::agreements(const Numbers& t) const {
+std::vector<Trajectory::Agreement> Trajectory::agreements(const Rows& rows) const {
   std::vector<Agreement> all;
   for (const Columns& k : columns_) {
     if (k.c.kind == BlockKind::rotation) {
-      all.push_back(agreement_of_attitude(k, t));
+      all.push_back(agreement_of_attitude(k, rows));
       continue;
     }
     const bool place = k.c.kind == BlockKind::linear && k.q.size() == 3;
@@ -96,8 +130,11 @@ std::vector<Trajectory::Agreement> Trajectory::agreements(const Numbers& t) cons
       const Numbers& v = rates[a];
       const double of_places = rounding(k.q[a]), of_rates = rounding(k.v[a]);
       Agreement one{k.c.name};
-      for (size_t i = 2; i + 1 < t.size(); ++i) {
-        const double h = t[i] - t[i - 1];
+      for (size_t i = 2; i + 1 < rows.t.size(); ++i) {
+        if (!rows.resolve(i)) continue;
+        const double h = rows.interval(i);
+        one.rates += std::fabs(v[i]);
+        one.changes += std::fabs(v[i] - v[i - 1]);
         const double step = place ? k.q[a][i] - k.q[a][i - 1] : distance(k, i, h);
         one.way += std::fabs(step);
         one.hide(step, k.q[a][i] - k.q[a][i - 1]);
@@ -117,6 +154,43 @@ double Trajectory::largest_angle() const {
     if (k.c.kind == BlockKind::angle)
       for (const double q : k.q[0]) largest = std::max(largest, std::fabs(q));
   return largest;
+}
+
+void check_rates(RunReport& r, const Trajectory& trajectory, const Rows& rows) {
+  constexpr double least = 0.01;  // rows of few digits, steps of a library's own interpolation
+  constexpr double most = 0.3;
+  Check worst{"rates", 0, least, true, false};
+  std::string name;
+  std::optional<Trajectory::Agreement> coarse;
+  double hidden = 0;
+  for (const auto& a : trajectory.agreements(rows)) {
+    const double size = std::max(a.way, a.off);
+    if (size == 0) continue;
+    hidden = std::max(hidden, a.hidden);
+    const double value = a.off / size, limit = least + 5 * a.uncertain / size;
+    if (limit > most || (value > limit && a.changes > a.rates)) {
+      coarse = a;
+      continue;
+    }
+    if (value / limit < worst.value / worst.limit) continue;
+    worst = {"rates", value, limit, value <= limit, false};
+    name = a.name;
+  }
+  if (name.empty()) r.not_applicable.push_back({"rates", why_no_rates(rows, coarse)});
+  judge_no_few_rows(r, rows);
+  if (hidden > 0)
+    r.notes.push_back(fmt::format(
+        "rates tell of up to {:.2g} turns between two rows, which angles do not show: if nothing "
+        "turns that fast, are times in another unit, as milliseconds? expected seconds",
+        hidden));
+  if (name.empty()) return;
+  r.checks.push_back(worst);
+  if (!worst.pass)
+    r.notes.push_back(fmt::format(
+        "'{}' does not move as its rates say: {:.2g} of its way is left, expected at most {:.2g}: "
+        "another unit, rates along other axes (linear_velocity_axes and angular_velocity_axes of "
+        "the map), columns in another order, or a swing that fits between two rows",
+        name, worst.value, worst.limit));
 }
 
 }  // namespace porthos::scene

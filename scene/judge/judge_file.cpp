@@ -11,10 +11,9 @@
 #include "phs/error.h"
 #include "scene/assemble/model_notes.h"
 #include "scene/files/files.h"
-#include "scene/judge/detail/trajectory.h"
+#include "scene/judge/detail/rows.h"
 #include "scene/judge/detail/work_error.h"
 #include "scene/run/cpu_clock.h"
-#include "scene/run/growth_words.h"
 #include "scene/run/ledger.h"
 #include "scene/run/record_log.h"
 #include "scene/run/verdict.h"
@@ -155,51 +154,17 @@ class CentreCourse {
   double off_ = 0, fastest_ = 0;  ///< [m/s]
 };
 
-/// Positions must move as their rates say: otherwise energies are those of another motion, as with
-/// times in milliseconds or rates along other axes. The worst coordinate counts, relative to its
-/// way; five times the error of the rule that adds the rates up is no disagreement. Where this
-/// is most of the way, the rows are too far apart to tell.
-void check_rates(RunReport& r, const std::vector<Trajectory::Agreement>& all) {
-  constexpr double least = 0.01;  // rows of few digits, steps of a library's own interpolation
-  constexpr double most = 0.3;
-  Check worst{"rates", 0, least, true, false};
-  std::string name;
-  const Trajectory::Agreement* coarse = nullptr;
-  double hidden = 0;
-  for (const auto& a : all) {
-    const double size = std::max(a.way, a.off);
-    if (size == 0) continue;
-    hidden = std::max(hidden, a.hidden);
-    const double value = a.off / size, limit = least + 5 * a.uncertain / size;
-    if (limit > most) {
-      coarse = &a;
-      continue;
-    }
-    if (value / limit < worst.value / worst.limit) continue;
-    worst = {"rates", value, limit, value <= limit, false};
-    name = a.name;
+/// The works where rows are missing are not known: their sum is what the energy says.
+void close_hole(std::span<double> works, const phs::Description& d, double change) {
+  double* last = nullptr;
+  bool in = false;
+  for (size_t a = 0; a < works.size(); ++a) {
+    if (d.powers[a].kind == phs::PowerKind::observed) continue;
+    last = &works[a];
+    in = d.powers[a].kind == phs::PowerKind::supplied;
+    change += in ? -works[a] : works[a];
   }
-  if (name.empty() && coarse)
-    r.not_applicable.push_back(
-        {"rates", coarse->hidden > 0
-                      ? fmt::format("the rates of '{}' tell of {:.2g} turns between rows, and its "
-                                    "angles do not show them",
-                                    coarse->name, coarse->hidden)
-                      : "the rows are too far apart to tell, as the rates of '" + coarse->name +
-                            "' change too much between them"});
-  if (hidden > 0)
-    r.notes.push_back(fmt::format(
-        "rates tell of up to {:.2g} turns between two rows, which angles do not show: if nothing "
-        "turns that fast, are times in another unit, as milliseconds? expected seconds",
-        hidden));
-  if (name.empty()) return;
-  r.checks.push_back(worst);
-  if (!worst.pass)
-    r.notes.push_back(fmt::format(
-        "'{}' does not move as its rates say: {:.2g} of its way is left, expected at most {:.2g}: "
-        "another unit, rates along other axes (linear_velocity_axes and angular_velocity_axes of "
-        "the map), a quaternion in another order, or a swing that fits between two rows",
-        name, worst.value, worst.limit));
+  if (last) *last += in ? change : -change;
 }
 
 /// What stands in the file but is not used, and what was not stated.
@@ -222,18 +187,6 @@ void note_what_is_left(RunReport& r, const JudgeOptions& o, const TrajectoryTabl
     r.notes.push_back("judged without gravity: [environment] of the map states it");
 }
 
-/// Whether a row follows at the interval of most of them.
-bool follows(double h, double step) { return std::fabs(h - step) < 1e-6 * step; }
-
-void note_unequal_rows(RunReport& r, const Numbers& t, double step) {
-  size_t unequal = 0;
-  for (size_t i = 1; i < t.size(); ++i) unequal += !follows(t[i] - t[i - 1], step);
-  if (2 * unequal > t.size())
-    r.notes.push_back(std::string(unequal_rows) +
-                      ", and how the error grows is told of equal ones only: expected rows that "
-                      "are written at equal intervals");
-}
-
 }  // namespace
 
 RunReport judge_file(const JudgeOptions& o) {
@@ -241,8 +194,8 @@ RunReport judge_file(const JudgeOptions& o) {
   const TrajectoryTable table(o.file);
   const TrajectoryMap map = o.map.empty() ? TrajectoryMap{} : read_trajectory_map(o.map);
   const Numbers t = times_of_rows(table, map);
-  const double step = middle_step(t);
-  const Scene scene = recorded_scene(o, table, map, step, t.back() - t[0]);
+  const Rows rows(t);
+  const Scene scene = recorded_scene(o, table, map, rows.step, t.back() - t[0]);
   Assembly a = assemble_near_first_row(scene, table, map);
   tell_notes(a, o.say);
   Trajectory trajectory(table, map, a);
@@ -265,20 +218,22 @@ RunReport judge_file(const JudgeOptions& o) {
     RecordLog log(log_path, layout);
     const Numbers unknown(layout.reactions, NAN);  // a trajectory of q and v does not tell them
     Numbers row(layout.size()), works(d.powers.size());
+    long double before_J = 0;  // of the row before
     for (size_t i = 0; i < t.size(); ++i) {
       const double h = i > 0 ? t[i] - t[i - 1] : 0;
       const auto [world, s, centre] = trajectory.row(d, i, h, centre_out);
       own.works(t[i] - t[0], h, s, std::span(works).first(powers));
-      if (i > 0) {
-        trajectory.works(t, i, std::span(works).subspan(powers));
-        ledger.book(works);
-      }
       Measured m = meter.measure(t[i], s);
       if (!m.finite())
         throw InvalidArgument(table.at(i) + ": the energy of this row is no finite number");
+      if (i > 0) {
+        trajectory.works(t, i, std::span(works).subspan(powers));
+        if (rows.is_hole(i)) close_hole(works, d, double(m.energy_change_J - before_J));
+        ledger.book(works);
+      }
+      before_J = m.energy_change_J;
       m.quaternion_norm = trajectory.norm_error();
-      const bool regular = i == 0 || follows(h, step);
-      const double error = errors.emplace_back(ledger.add(t[i] - t[0], m, regular));
+      const double error = errors.emplace_back(ledger.add(t[i] - t[0], m, true));
       const auto pushed =
           course.add(t[i] - t[0], centre, m.scale.linear, CentreOfMass::Vec(scene.urdf.gravity),
                      a.mechanism->total_mass());
@@ -292,26 +247,26 @@ RunReport judge_file(const JudgeOptions& o) {
   }
   r.title = scene.title;
   r.method = scene.method;
-  r.step_s = step;
+  r.step_s = rows.step;
   r.simulated_s = t.back() - t[0];
   r.steps = r.cost.steps = std::int64_t(t.size()) - 1;
   ledger.fill(r, meter);
   r.notes.push_back(
       fmt::format("{} was made elsewhere and judged as it is: {} rows", o.file, t.size()));
   note_what_is_left(r, o, table, map, scene);
-  note_unequal_rows(r, t, step);
+  tell_of_rows(r, rows, errors);
   integrators::Declaration method;
   method.name = scene.method;
   judge(r, scene, method, meter);
-  judge_works(r, trajectory, map.torque_between, {t, own.net(), errors});
-  check_rates(r, trajectory.agreements(t));
-  if (const auto question = ask_about_degrees(trajectory.largest_angle());
-      !r.passed() && !question.empty() && !(r.energy.max_rel_error < 1e-3))
-    r.notes.push_back(question);
+  judge_works(r, trajectory, map.torque_between, {rows, own.net(), errors});
   if (centre_out) {
     course.check(r, scene);
     a.centre.reset();  // the records are in the world frame
   }
+  check_rates(r, trajectory, rows);
+  if (const auto question = ask_about_degrees(trajectory.largest_angle());
+      !r.passed() && !question.empty() && !(r.energy.max_rel_error < 1e-3))
+    r.notes.push_back(question);
   r.cpu_s = r.wall_s = thread_cpu_now() - cpu;
   write_results(o.out, scene, a, r, log_path);
   fs::remove(log_path);

@@ -24,10 +24,14 @@ double slope_of_column(const Numbers& t, const Numbers& y, size_t i, size_t stri
   return chord(a) + (chord(b) - chord(a)) * (t[i] - t[a]) / (t[b] - t[a]);
 }
 
-/// The largest difference of the sums of works at the ends of pairs of rows.
-double farthest(const Numbers& fine, const Numbers& coarse) {
+/// The largest difference of the sums of works at the ends of pairs of rows, less pairs with holes.
+/// @param stride  of the fine ones
+double farthest(const Numbers& fine, const Numbers& coarse, const Rows& rows, size_t stride) {
   double sum = 0, most = 0;
   for (size_t k = 0; k < coarse.size(); ++k) {
+    bool broken = false;
+    for (size_t i = 2 * k * stride; i < 2 * (k + 1) * stride; ++i) broken |= rows.is_hole(i + 1);
+    if (broken) continue;
     sum += fine[2 * k] + fine[2 * k + 1] - coarse[k];
     most = std::max(most, std::fabs(sum));
   }
@@ -91,30 +95,31 @@ const char* between_name(Between between) {
 /// reaches its own only where the rows resolve the powers.
 /// @param fall  by which differences fall at most: 4 of a rule of order 2, 16 of order 4
 template <class Works>
-double extrapolated_error(Works works_over, double fall) {
+double extrapolated_error(Works works_over, const Rows& rows, double fall) {
   const Numbers two = works_over(2);
-  const double fine = farthest(works_over(1), two), coarse = farthest(two, works_over(4));
+  const double fine = farthest(works_over(1), two, rows, 1),
+               coarse = farthest(two, works_over(4), rows, 2);
   return fine == 0 ? 0 : fine / (std::clamp(coarse / fine, 2.0, fall) - 1);
 }
 
 /// The error of the works between rows, the largest over the trajectory [J].
 double error_of_works(const Trajectory& trajectory, Between between, const JudgedRows& rows) {
-  const Numbers& t = rows.t;
-  const double of_own =
-      extrapolated_error([&](size_t stride) { return trapezoids(t, rows.own, stride); }, 4);
+  const Numbers& t = rows.at.t;
+  const double of_own = extrapolated_error(
+      [&](size_t stride) { return trapezoids(t, rows.own, stride); }, rows.at, 4);
   if (between == Between::held) return of_own;
   return of_own + extrapolated_error(
                       [&](size_t stride) { return trajectory.works_over(t, between, stride); },
-                      between == Between::linear ? 4 : 16);
+                      rows.at, between == Between::linear ? 4 : 16);
 }
 
 /// The energy error if the torques went so between rows, the largest [J].
 double error_if(const Trajectory& trajectory, Between now, Between other, const JudgedRows& rows) {
-  const Numbers is = trajectory.works_over(rows.t, now, 1),
-                would = trajectory.works_over(rows.t, other, 1);
+  const Numbers is = trajectory.works_over(rows.at.t, now, 1),
+                would = trajectory.works_over(rows.at.t, other, 1);
   double sum = 0, most = 0;
   for (size_t i = 1; i < rows.errors.size(); ++i) {
-    sum += is[i - 1] - would[i - 1];
+    if (!rows.at.is_hole(i)) sum += is[i - 1] - would[i - 1];
     most = std::max(most, std::fabs(rows.errors[i] + sum));
   }
   return most;

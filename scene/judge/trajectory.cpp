@@ -90,17 +90,6 @@ Numbers times_of_rows(const TrajectoryTable& table, const TrajectoryMap& map) {
   return t;
 }
 
-double middle_step(const Numbers& t) {
-  Numbers steps;
-  for (size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
-  const double mean = (t.back() - t[0]) / double(steps.size());
-  if (std::all_of(steps.begin(), steps.end(),
-                  [&](double h) { return std::fabs(h - mean) < 1e-6 * mean; }))
-    return mean;
-  std::nth_element(steps.begin(), steps.begin() + long(steps.size() / 2), steps.end());
-  return steps[steps.size() / 2];
-}
-
 bool has_base(const TrajectoryTable& table, const TrajectoryMap& map) {
   return Finder(table, map).has_base();
 }

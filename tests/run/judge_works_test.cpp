@@ -26,9 +26,10 @@ class JudgeWorks : public ::testing::Test {
   }
   /// @param drift  energy that the rotor has more at the end than its torque gave [J]
   scene::RunReport judged(const std::string& between, double h, double drift = 0,
-                          const std::string& element = "", double damping = 0) {
+                          const std::string& element = "", double damping = 0, int missing = 0) {
     std::string text = "t,hinge,v.hinge,tau\n";
     for (int i = 0; i <= std::lround(duration / h); ++i) {
+      if (i >= 200 && i < 200 + missing) continue;
       const double t = h * i, v = 2 + 1.5 * std::cos(3 * t);
       text += fmt::format("{},{},{},{}\n", t, 2 * t + 0.5 * std::sin(3 * t),
                           std::sqrt(v * v + 2 * drift * t / duration / inertia),
@@ -85,6 +86,17 @@ TEST_F(JudgeWorks, AnotherWayBetweenRowsThatFitsIsTold) {
   EXPECT_EQ(held.verdict(), scene::Verdict::fail) << "a held torque is taken at its word";
   EXPECT_TRUE(notes_say(held, "with torque_between = \"smooth\" the error of the energy is"));
   EXPECT_FALSE(notes_say(judged("smooth", 0.0025), "with torque_between")) << "control";
+}
+
+/// Two seconds of rows are missing. Control: energy from nowhere in the others.
+TEST_F(JudgeWorks, WorksInAHoleAreNotJudged) {
+  for (const char* between : {"smooth", "linear"}) {
+    const auto r = judged(between, 0.01, 0, "", 0, 200);
+    keeps("energy beside a hole", r.energy.max_rel_error, 2e-4);
+    EXPECT_NE(r.verdict(), scene::Verdict::fail);
+    EXPECT_EQ(judged(between, 0.01, 0.1, "", 0, 200).verdict(), scene::Verdict::fail);
+  }
+  breaks("energy from nowhere", judged("smooth", 0.01, 0.1, "", 0, 200).energy.max_rel_error, 2e-4);
 }
 
 TEST_F(JudgeWorks, DampersOfTheModelLikewise) {

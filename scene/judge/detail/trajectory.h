@@ -17,8 +17,20 @@ namespace porthos::scene {
 using Numbers = std::vector<double>;
 
 Numbers times_of_rows(const TrajectoryTable& table, const TrajectoryMap& map);
-/// The time between rows; if unequal, that in the middle.
-double middle_step(const Numbers& t);
+/// The instants of the rows. Row i follows row i - 1 by interval(i).
+struct Rows {
+  explicit Rows(const Numbers& times);
+  const Numbers& t;          ///< [s]
+  double step;               ///< the interval; if unequal, that in the middle [s]
+  bool equal, mostly_equal;  ///< all intervals, half of them
+
+  double interval(size_t i) const { return t[i] - t[i - 1]; }
+  /// Whether rows are missing before row i, where most are at equal intervals.
+  bool is_hole(size_t i) const { return mostly_equal && interval(i) > 1.5 * step; }
+  std::vector<size_t> holes() const;
+  /// Whether row i has two rows before and one behind it without a hole.
+  bool resolve(size_t i) const;
+};
 /// Whether the file has the pose of a free base.
 bool has_base(const TrajectoryTable& table, const TrajectoryMap& map);
 
@@ -40,13 +52,14 @@ class Trajectory {
   double norm_error() const { return norm_error_; }
 
   /// Positions against rates, of a joint of one freedom, an attitude or the place of a free base,
-  /// over all rows. Of an attitude: lengths of rotation vectors from row to row.
+  /// over all rows but holes. Of an attitude: lengths of rotation vectors from row to row.
   struct Agreement {
     std::string name;
     double way = 0;        ///< Σ |q_i - q_(i-1)|
     double off = 0;        ///< Σ of what the trapezoidal rule over the rates leaves of it
     double uncertain = 0;  ///< Σ of that rule's own errors and of the rounding of the numbers
-    double hidden = 0;     ///< most turns between two rows that the rates alone tell of
+    double rates = 0, changes = 0;  ///< Σ of their sizes, and of their differences by row
+    double hidden = 0;              ///< most turns between two rows that the rates alone tell of
 
     /// A way that angles do not show, by the rates: with another unit of time it would fit too.
     void hide(double moved, double shown) {
@@ -55,7 +68,7 @@ class Trajectory {
       hidden = std::max(hidden, std::fabs(moved) / (2 * M_PI));
     }
   };
-  std::vector<Agreement> agreements(const Numbers& t) const;
+  std::vector<Agreement> agreements(const Rows& rows) const;
 
   /// Of the joints [rad].
   double largest_angle() const;
@@ -80,7 +93,7 @@ class Trajectory {
   /// Unwraps angles that a file gives modulo 2π, by means of their rates.
   void follow(size_t i, double h);
   std::vector<Numbers> velocity_in_world(const Columns& place) const;
-  Agreement agreement_of_attitude(const Columns& k, const Numbers& t) const;
+  Agreement agreement_of_attitude(const Columns& k, const Rows& rows) const;
   /// Displacement of a joint of one degree of freedom from row i - 1 to row i, turns included.
   double distance(const Columns& k, size_t i, double h) const;
   double work(const Columns& k, const Numbers& t, size_t from, size_t to, Between between) const;

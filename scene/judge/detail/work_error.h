@@ -6,7 +6,7 @@ namespace porthos::scene {
 
 /// A judged trajectory, by row.
 struct JudgedRows {
-  const Numbers& t;       ///< [s]
+  const Rows& at;
   const Numbers& own;     ///< power of the model's own dampers and sources [W]
   const Numbers& errors;  ///< of the energy [J]
 };

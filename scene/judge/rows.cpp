@@ -1,0 +1,115 @@
+// At which intervals the rows of a trajectory follow each other, and what that leaves to judge.
+#include "scene/judge/detail/rows.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene/run/growth_words.h"
+#include "scene/run/statistics.h"
+
+namespace porthos::scene {
+namespace {
+
+/// The time between rows; if unequal, that in the middle.
+double middle_step(const Numbers& t) {
+  Numbers steps;
+  for (size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
+  const double mean = (t.back() - t[0]) / double(steps.size());
+  if (std::all_of(steps.begin(), steps.end(),
+                  [&](double h) { return std::fabs(h - mean) < 1e-6 * mean; }))
+    return mean;
+  std::nth_element(steps.begin(), steps.begin() + long(steps.size() / 2), steps.end());
+  return steps[steps.size() / 2];
+}
+
+/// The longest piece [from, to] of the rows without a hole of more than these intervals.
+std::pair<size_t, size_t> longest_piece(const Rows& rows, double most) {
+  std::pair<size_t, size_t> best{0, 0};
+  for (size_t i = 1, from = 0; i < rows.t.size(); ++i) {
+    if (rows.interval(i) > most * rows.step) from = i;
+    if (i - from > best.second - best.first) best = {from, i};
+  }
+  return best;
+}
+
+/// The errors of a piece at equal intervals. Empty where too many would have to be made up.
+Numbers at_equal_intervals(const Rows& rows, const Numbers& errors, size_t from, size_t to) {
+  constexpr double most_made_up = 0.2;
+  Numbers all{errors[from]};
+  for (size_t i = from + 1; i <= to; ++i) {
+    const double n = std::max(1.0, std::round(rows.interval(i) / rows.step));
+    for (double k = 1; k <= n; ++k)
+      all.push_back(errors[i - 1] + k / n * (errors[i] - errors[i - 1]));
+  }
+  const double made_up = double(all.size()) - double(to - from + 1);
+  return made_up > most_made_up * double(all.size()) ? Numbers{} : all;
+}
+
+void note_holes(RunReport& r, const Rows& rows) {
+  constexpr size_t named = 3;
+  auto holes = rows.holes();
+  if (holes.empty()) return;
+  std::ranges::stable_sort(holes,
+                           [&](size_t a, size_t b) { return rows.interval(a) > rows.interval(b); });
+  std::string note;
+  for (size_t k = 0; k < std::min(named, holes.size()); ++k)
+    note += fmt::format("{}rows {}-{}: {:.6g} s apart", k > 0 ? ", " : "", holes[k], holes[k] + 1,
+                        rows.interval(holes[k]));
+  if (holes.size() > named) note += fmt::format(", and {} holes more", holes.size() - named);
+  r.notes.push_back(fmt::format("{}, the others {:.6g} s: rates and works are not checked there",
+                                note, rows.step));
+}
+
+}  // namespace
+
+Rows::Rows(const Numbers& times) : t(times), step(middle_step(times)) {
+  size_t others = 0;
+  for (size_t i = 1; i < t.size(); ++i) others += !(std::fabs(interval(i) - step) < 1e-6 * step);
+  equal = others == 0;
+  mostly_equal = 2 * others <= t.size();
+}
+
+bool Rows::resolve(size_t i) const {
+  if (i < 2 || i + 1 >= t.size()) return false;
+  return !is_hole(i - 1) && !is_hole(i) && !is_hole(i + 1);
+}
+
+std::vector<size_t> Rows::holes() const {
+  std::vector<size_t> all;
+  for (size_t i = 1; i < t.size(); ++i)
+    if (is_hole(i)) all.push_back(i);
+  return all;
+}
+
+void tell_of_rows(RunReport& r, const Rows& rows, const Numbers& errors) {
+  if (rows.equal) return;
+  note_holes(r, rows);
+  EnergyReport& e = r.energy;
+  ErrorStatistics s;
+  constexpr double most_missing = 10, fewest = 1.0 / 3;
+  const auto [from, to] = longest_piece(rows, most_missing);
+  const double whole = rows.t.back() - rows.t[0], piece = rows.t[to] - rows.t[from];
+  if (rows.mostly_equal && piece > fewest * whole)
+    for (const double error : at_equal_intervals(rows, errors, from, to)) s.add(error);
+  e.growth_exponent = s.growth_exponent();
+  e.drift_is_significant = s.drift_is_significant();
+  e.swing_growth = s.swing_growth();
+  if (s.count() > 0) {
+    if (piece < whole)
+      r.notes.push_back(fmt::format("how the error grows is told of rows {}-{}", from + 1, to + 1));
+    return;
+  }
+  double shortest = rows.interval(1), longest = shortest;
+  for (size_t i = 2; i < rows.t.size(); ++i) {
+    shortest = std::min(shortest, rows.interval(i));
+    longest = std::max(longest, rows.interval(i));
+  }
+  r.notes.push_back(
+      fmt::format("{} ({:.3g} to {:.3g} s), which do not tell how the error grows: "
+                  "expected rows that are written at equal intervals",
+                  unequal_rows, shortest, longest));
+}
+
+}  // namespace porthos::scene

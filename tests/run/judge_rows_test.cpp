@@ -1,0 +1,123 @@
+// `porthos judge`: rows that are missing, too few or too far apart, and columns in another order.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "scene/judge/judge_file.h"
+#include "scene/run/growth_words.h"
+#include "tests/run/scenes.h"
+
+namespace porthos::test::judge_rows_test {
+namespace {
+
+/// Two rotors on a fixed foot that do not feel each other.
+class JudgeRows : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto rotor = [](const char* name, double inertia) {
+      return fmt::format(
+          "<link name='{0}_disk'><inertial><mass value='1'/><inertia ixx='{1}' iyy='{1}' "
+          "izz='{1}' ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='{0}' "
+          "type='continuous'><parent link='foot'/><child link='{0}_disk'/><axis xyz='0 0 "
+          "1'/></joint>",
+          name, inertia);
+    };
+    write_bytes(folder_ / "model.urdf", "<robot name='rotors'><link name='foot'/>" +
+                                            rotor("a", 0.7) + rotor("b", 0.2) + "</robot>");
+  }
+  /// They turn steadily; the rate of the first swings by a part in a million.
+  /// @param kept  whether a row is written
+  scene::RunReport judged(int n, const std::function<bool(int)>& kept, double h = 0.1,
+                          double rate = 2, double of_rates = 1) {
+    std::string text = "t,a,b,v.a,v.b\n";
+    for (int i = 0; i < n; ++i) {
+      const double t = h * i;
+      if (kept(i))
+        text += fmt::format("{:.6f},{:.12g},{:.12g},{:.12g},1\n", t, rate * t, t,
+                            of_rates * rate * (1 + 1e-6 * std::sin(5 * t)));
+    }
+    write_bytes(folder_ / "run.csv", text);
+    write_bytes(folder_ / "map.toml", "[model]\nbase = \"fixed\"\n[verify]\nenergy = 1e-4\n");
+    fs::remove_all(folder_ / "out");
+    return scene::judge_file({(folder_ / "run.csv").string(), (folder_ / "model.urdf").string(),
+                              (folder_ / "map.toml").string(), (folder_ / "out").string()});
+  }
+  TemporaryFolder folder_;
+};
+
+bool notes_say(const scene::RunReport& r, const std::string& part) {
+  return std::ranges::any_of(r.notes, [&](const auto& n) { return says(n, part); });
+}
+const scene::Check* rates_of(const scene::RunReport& r) {
+  const auto at = std::ranges::find(r.checks, "rates", &scene::Check::name);
+  return at == r.checks.end() ? nullptr : &*at;
+}
+bool no_rates_as(const scene::RunReport& r, const std::string& why) {
+  return !rates_of(r) && std::ranges::any_of(r.not_applicable, [&](const auto& n) {
+    return n.name == "rates" && says(n.why, why);
+  });
+}
+bool bounded(const scene::RunReport& r) {
+  return scene::growth_words(r).starts_with("stays bounded");
+}
+const char* const unequal = "is known at unequal intervals, which do not tell how it grows";
+
+TEST_F(JudgeRows, AHoleIsNamedAndLeftOut) {
+  const auto hole = [](int from, int rows) {
+    return [=](int i) { return i < from || i >= from + rows; };
+  };
+  const auto r = judged(2000, hole(800, 200));
+  EXPECT_TRUE(notes_say(r, "rows 800-801: 20.1 s apart, the others 0.1 s"));
+  EXPECT_TRUE(r.passed());
+  ASSERT_TRUE(rates_of(r));
+  EXPECT_LT(rates_of(r)->value, 1e-5);
+  EXPECT_TRUE(notes_say(r, "how the error grows is told of rows 801-1800"));
+  EXPECT_TRUE(bounded(r)) << scene::growth_words(r);
+  const auto whole = judged(2000, [](int) { return true; });
+  EXPECT_FALSE(notes_say(whole, "apart")) << "control";
+  EXPECT_NEAR(rates_of(r)->value, rates_of(whole)->value, 1e-6);
+  EXPECT_FALSE(judged(2000, hole(800, 200), 0.1, 2, 1.5).passed()) << "control: wrong rates";
+
+  const auto small = judged(2000, hole(700, 1));
+  EXPECT_TRUE(notes_say(small, "rows 700-701: 0.2 s apart, the others 0.1 s"));
+  EXPECT_TRUE(bounded(small));
+  // No piece is a third of the time.
+  const auto halves = judged(2000, hole(600, 800));
+  EXPECT_EQ(scene::growth_words(halves), unequal);
+  EXPECT_TRUE(notes_say(halves, "rows 600-601: 80.1 s apart"));
+}
+
+TEST_F(JudgeRows, RowsDroppedAtRandomAreToldOnce) {
+  const auto dropped = [&](double part) {
+    std::mt19937_64 rng(2);
+    std::uniform_real_distribution<double> uniform;
+    return judged(2000, [&](int) { return uniform(rng) >= part; });
+  };
+  const auto few = dropped(0.05), half = dropped(0.5);
+  EXPECT_TRUE(notes_say(few, "holes more, the others 0.1 s"));
+  EXPECT_FALSE(notes_say(few, scene::unequal_rows));
+  EXPECT_TRUE(bounded(few)) << scene::growth_words(few);
+  EXPECT_TRUE(notes_say(half, scene::unequal_rows));
+  EXPECT_EQ(scene::growth_words(half), unequal);
+  for (const auto& r : {few, half}) EXPECT_TRUE(r.passed());
+}
+
+TEST_F(JudgeRows, TooFewRowsAreNotJudged) {
+  const auto all = [](int) { return true; };
+  for (const int n : {2, 3}) {
+    const auto r = judged(n, all, 0.1, 2, 57);
+    EXPECT_TRUE(no_rates_as(r, fmt::format("too few rows: {}, expected 4 or more", n)));
+    EXPECT_EQ(r.verdict(), scene::Verdict::not_judged);
+    EXPECT_TRUE(notes_say(r, "too few rows to judge a motion"));
+  }
+  EXPECT_EQ(judged(4, all).verdict(), scene::Verdict::pass) << "control";
+  EXPECT_EQ(judged(4, all, 0.1, 2, 1.5).verdict(), scene::Verdict::fail) << "control";
+  EXPECT_EQ(judged(40, [](int i) { return i % 10 < 2; }).verdict(), scene::Verdict::pass)
+      << "unequal, but enough";
+}
+
+}  // namespace
+}  // namespace porthos::test::judge_rows_test
