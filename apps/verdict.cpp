@@ -42,8 +42,9 @@ std::string energy_text(const RunReport& r) {
     scale = "exchanged by sources and losses; stored: " + scale;
   const std::string rms =
       std::isfinite(e.rms_rel_error) ? fmt::format(", rms {:.3g} relative", e.rms_rel_error) : "";
-  return fmt::format("start {:.9g} J, error max {:.3g} J = {:.3g} relative{}\n", e.initial_J,
-                     e.max_abs_error_J, e.max_rel_error, rms) +
+  return fmt::format("start {:.9g} J{}, error max {:.3g} J = {:.3g} relative{}\n", e.initial_J,
+                     e.about_centre ? " about the centre of mass" : "", e.max_abs_error_J,
+                     e.max_rel_error, rms) +
          fmt::format(
              "            relative to {:.4g} J ({}), seen at {} records and {} steps between\n",
              e.scale_J, scale.empty() ? "no energy stored" : scale, r.records, r.looks) +

@@ -148,14 +148,6 @@ std::vector<Trajectory::Agreement> Trajectory::agreements(const Rows& rows) cons
   return all;
 }
 
-double Trajectory::largest_angle() const {
-  double largest = 0;
-  for (const Columns& k : columns_)
-    if (k.c.kind == BlockKind::angle)
-      for (const double q : k.q[0]) largest = std::max(largest, std::fabs(q));
-  return largest;
-}
-
 void check_rates(RunReport& r, const Trajectory& trajectory, const Rows& rows) {
   constexpr double least = 0.01;  // rows of few digits, steps of a library's own interpolation
   constexpr double most = 0.3;

@@ -11,6 +11,7 @@
 #include "phs/error.h"
 #include "scene/assemble/model_notes.h"
 #include "scene/files/files.h"
+#include "scene/judge/detail/hints.h"
 #include "scene/judge/detail/rows.h"
 #include "scene/judge/detail/work_error.h"
 #include "scene/run/cpu_clock.h"
@@ -154,6 +155,14 @@ class CentreCourse {
   double off_ = 0, fastest_ = 0;  ///< [m/s]
 };
 
+void name_run(RunReport& r, const Scene& scene, const Rows& rows) {
+  r.title = scene.title;
+  r.method = scene.method;
+  r.step_s = rows.step;
+  r.simulated_s = rows.t.back() - rows.t[0];
+  r.steps = r.cost.steps = std::int64_t(rows.t.size()) - 1;
+}
+
 /// The works where rows are missing are not known: their sum is what the energy says.
 void close_hole(std::span<double> works, const phs::Description& d, double change) {
   double* last = nullptr;
@@ -245,11 +254,7 @@ RunReport judge_file(const JudgeOptions& o) {
     }
     log.flush();
   }
-  r.title = scene.title;
-  r.method = scene.method;
-  r.step_s = rows.step;
-  r.simulated_s = t.back() - t[0];
-  r.steps = r.cost.steps = std::int64_t(t.size()) - 1;
+  name_run(r, scene, rows);
   ledger.fill(r, meter);
   r.notes.push_back(
       fmt::format("{} was made elsewhere and judged as it is: {} rows", o.file, t.size()));
@@ -264,9 +269,8 @@ RunReport judge_file(const JudgeOptions& o) {
     a.centre.reset();  // the records are in the world frame
   }
   check_rates(r, trajectory, rows);
-  if (const auto question = ask_about_degrees(trajectory.largest_angle());
-      !r.passed() && !question.empty() && !(r.energy.max_rel_error < 1e-3))
-    r.notes.push_back(question);
+  if (!r.passed() && !(r.energy.max_rel_error < 1e-3))
+    ask_about_columns(r, trajectory, rows, d, meter, centre_out);
   r.cpu_s = r.wall_s = thread_cpu_now() - cpu;
   write_results(o.out, scene, a, r, log_path);
   fs::remove(log_path);

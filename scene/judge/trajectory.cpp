@@ -224,4 +224,39 @@ double Trajectory::distance(const Columns& k, size_t i, double h) const {
   return step + phs::two_pi_hi * std::round((expected - step) / phs::two_pi_hi);
 }
 
+std::vector<std::string> Trajectory::joints() const {
+  std::vector<std::string> all;
+  for (const Columns& k : columns_)
+    if (k.q.size() == 1 && k.v.size() == 1) all.push_back(k.c.name);
+  return all;
+}
+
+Trajectory Trajectory::in_degrees() const {
+  Trajectory other(*this);
+  other.lost_.assign(lost_.size(), 0);
+  const auto turn = [](std::vector<Numbers>& all) {
+    for (Numbers& column : all)
+      for (double& x : column) x *= M_PI / 180;
+  };
+  for (Columns& k : other.columns_) {
+    if (k.c.kind == BlockKind::linear) continue;
+    if (k.c.kind == BlockKind::angle) turn(k.q);
+    turn(k.v);
+  }
+  return other;
+}
+
+Trajectory Trajectory::exchanged(const std::string& a, const std::string& b, bool positions,
+                                 bool rates) const {
+  Trajectory other(*this);
+  other.lost_.assign(lost_.size(), 0);
+  const auto of = [&](const std::string& name) {
+    return std::find_if(other.columns_.begin(), other.columns_.end(),
+                        [&](const Columns& k) { return k.c.name == name; });
+  };
+  if (positions) std::swap(of(a)->q, of(b)->q);
+  if (rates) std::swap(of(a)->v, of(b)->v);
+  return other;
+}
+
 }  // namespace porthos::scene

@@ -77,6 +77,7 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
   const Totals& s = totals_;
   EnergyReport& e = r.energy;
   e.initial_J = meter.initial_J();
+  e.about_centre = meter.linear_is_structure();
   if (scale_.has_kinetic()) e.scale_parts.emplace_back("kinetic", scale_.kinetic_J());
   for (size_t k = 0; k < stored_.size(); ++k)
     if (!phs::is_kinetic(description_->storages[k]))

@@ -44,7 +44,8 @@ struct EnergyReport {
       0;  ///< slope of log rms(H(t+τ) - H(t)) against log τ: ½ a random walk, 1 a drift
   double drift_per_s = 0;  ///< mean relative change per second
   bool drift_is_significant =
-      false;  ///< beyond what a random walk or an oscillation does: ErrorStatistics
+      false;                  ///< beyond what a random walk or an oscillation does: ErrorStatistics
+  bool about_centre = false;  ///< all of it is of the motion about the centre of mass
   /// The parts of the scale: the largest kinetic energy, then the range of each other storage.
   std::vector<std::pair<std::string, double>> scale_parts = {};
   double swing_growth = 1;  ///< of the scatter of the error: ErrorStatistics

@@ -6,6 +6,7 @@
 #include <functional>
 #include <random>
 
+#include "scene/files/hdf5_reader.h"
 #include "scene/judge/judge_file.h"
 #include "scene/run/growth_words.h"
 #include "tests/run/scenes.h"
@@ -78,6 +79,7 @@ TEST_F(JudgeRows, AHoleIsNamedAndLeftOut) {
   EXPECT_TRUE(bounded(r)) << scene::growth_words(r);
   const auto whole = judged(2000, [](int) { return true; });
   EXPECT_FALSE(notes_say(whole, "apart")) << "control";
+  EXPECT_FALSE(whole.energy.about_centre) << "a fixed base";
   EXPECT_NEAR(rates_of(r)->value, rates_of(whole)->value, 1e-6);
   EXPECT_FALSE(judged(2000, hole(800, 200), 0.1, 2, 1.5).passed()) << "control: wrong rates";
 
@@ -117,6 +119,81 @@ TEST_F(JudgeRows, TooFewRowsAreNotJudged) {
   EXPECT_EQ(judged(4, all, 0.1, 2, 1.5).verdict(), scene::Verdict::fail) << "control";
   EXPECT_EQ(judged(40, [](int i) { return i % 10 < 2; }).verdict(), scene::Verdict::pass)
       << "unequal, but enough";
+}
+
+/// A hint names a cause only if the energy is kept with it. Two pendulums beside each other.
+TEST_F(JudgeRows, ColumnsInAnotherOrderOrUnitAreAskedAbout) {
+  Case c = pendulum(folder_);
+  c.scene.record_every = c.scene.step;
+  (void)scene::run(c.scene, c.assembly, into(folder_ / "out"));
+  const scene::Hdf5Reader file(folder_ / "out" / "run.h5");
+  const auto column = [&](const std::string& name) {
+    std::vector<double> x(size_t(file.dataset(name).size()));
+    file.read(name, x.data());
+    return x;
+  };
+  const auto t = column("time"), a = column("state/shoulder"), b = column("state/elbow");
+  const auto& d = c.assembly.mechanical->description();
+  const auto p = column("momentum/shoulder"), q = column("momentum/elbow");
+  const auto with = [&](const std::string& heads, double unit) {
+    std::string text = heads + "\n";
+    for (size_t i = 0; i < t.size(); ++i) {
+      std::vector<double> x(size_t(d.nx));
+      for (const auto& block : d.blocks) {
+        const bool first = block.name == "shoulder";
+        x[size_t(block.at)] = first ? a[i] : b[i];
+        x[size_t(block.momentum)] = first ? p[i] : q[i];
+      }
+      const std::vector<std::int64_t> turns(2);
+      const auto v = c.assembly.mechanical->rates(x, turns);
+      text +=
+          fmt::format("{},{},{},{},{}\n", t[i], unit * a[i], unit * b[i], unit * v[0], unit * v[1]);
+    }
+    write_bytes(folder_ / "run.csv", text);
+    fs::remove_all(folder_ / "judged");
+    return scene::judge_file({(folder_ / "run.csv").string(), (folder_ / "model.urdf").string(),
+                              (folder_ / "map.toml").string(), (folder_ / "judged").string()});
+  };
+  write_bytes(folder_ / "map.toml",
+              "[model]\nbase = \"fixed\"\n[environment]\ngravity = \"uniform\"\nvector = [0, 0, "
+              "-9.81]\n[verify]\nenergy = 1e-9\n");
+  const std::string right = "t,shoulder,elbow,v.shoulder,v.elbow";
+  const char* const degrees = "are angles and rates in degrees?";
+  const char* const place = "in each other's place?";
+  const auto good = with(right, 1);
+  EXPECT_TRUE(good.passed()) << good.energy.max_rel_error;
+  EXPECT_FALSE(notes_say(good, degrees) || notes_say(good, place));
+  const auto all = with("t,elbow,shoulder,v.elbow,v.shoulder", 1);
+  EXPECT_FALSE(all.passed()) << all.energy.max_rel_error;
+  EXPECT_TRUE(notes_say(all, "are the columns of 'shoulder' and 'elbow' in each other's place?"));
+  EXPECT_FALSE(notes_say(all, degrees));
+  EXPECT_TRUE(notes_say(with("t,shoulder,elbow,v.elbow,v.shoulder", 1),
+                        "are the rates of 'shoulder' and 'elbow' in each other's place?"));
+  const auto turned = with(right, 180 / M_PI);
+  EXPECT_TRUE(notes_say(turned, degrees));
+  EXPECT_FALSE(notes_say(turned, place));
+  const auto doubled = with(right, 2);  // another cause
+  EXPECT_FALSE(doubled.passed());
+  EXPECT_FALSE(notes_say(doubled, degrees) || notes_say(doubled, place));
+}
+
+/// A swing of 3.1 s in rows of 20 s: its rates are no way from row to row. Control: rows of 0.1 s.
+TEST_F(JudgeRows, RowsBeyondTheSwingAreTooFewToCheckRates) {
+  const auto swing = [&](double h, double of_rates) {
+    std::string text = "t,a,b,v.a,v.b\n";
+    for (int i = 0; i < 200; ++i)
+      text += fmt::format("{},{},0,{},0\n", h * i, 0.05 * std::sin(2 * h * i),
+                          of_rates * 0.1 * std::cos(2 * h * i));
+    write_bytes(folder_ / "run.csv", text);
+    fs::remove_all(folder_ / "out");
+    return scene::judge_file({(folder_ / "run.csv").string(), (folder_ / "model.urdf").string(), "",
+                              (folder_ / "out").string()});
+  };
+  EXPECT_TRUE(no_rates_as(swing(20, 1), "too few rows to check rates"));
+  const auto close = swing(0.1, 1), wrong = swing(0.1, 2);
+  ASSERT_TRUE(rates_of(close) && rates_of(wrong));
+  EXPECT_TRUE(rates_of(close)->pass);
+  EXPECT_FALSE(rates_of(wrong)->pass);
 }
 
 }  // namespace

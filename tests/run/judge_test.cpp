@@ -95,6 +95,7 @@ TEST(Judge, ARunOfOursHasTheSameFigures) {
     for (const auto& r : {judged, again}) {
       EXPECT_NEAR(r.energy.scale_J / ours.energy.scale_J, 1, 1e-9);
       EXPECT_EQ(r.records, ours.records);
+      EXPECT_TRUE(r.energy.about_centre);
       EXPECT_EQ(r.passed(), std::string(method) == "gauss8")
           << "limits of a scene without [verify]: " << (r.notes.empty() ? "" : r.notes.back());
       if (r.passed()) {
@@ -271,7 +272,9 @@ TEST(Judge, RowsTooFarApartTellNothingOfRates) {
   }));
   fs::remove_all(folder / "judged");
   write_bytes(folder / "run.csv", degrees);
-  const auto wrong = judge(folder, "run.csv");
+  const auto wrong = judge(folder, "run.csv",
+                           "[model]\nbase = \"fixed\"\n[environment]\ngravity = "
+                           "\"uniform\"\nvector = [0, 0, -9.81]\n");
   EXPECT_FALSE(wrong.passed());
   EXPECT_TRUE(says(wrong.notes.back(), "are angles and rates in degrees?")) << wrong.notes.back();
 }

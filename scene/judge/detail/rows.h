@@ -4,16 +4,16 @@
 
 namespace porthos::scene {
 
-/// Fills the growth of the energy's error and the notes on the rows. Where a few rows are missing, a
-/// line through the gap stands for them; of the pieces beside a hole of more than 10 the longest
+/// Fills the growth of the energy's error and the notes on the rows. Where a few rows are missing,
+/// a line through the gap stands for them; of the pieces beside a hole of more than 10 the longest
 /// counts, if it is a third of the time. Rows at unequal intervals do not tell how the error grows.
 /// @param errors of the energy, by row [J]
 void tell_of_rows(RunReport& r, const Rows& rows, const Numbers& errors);
 
 /// Positions must move as their rates say: otherwise energies are those of another motion, as with
 /// times in milliseconds or rates along other axes. The worst coordinate counts, relative to its
-/// way; five times the error of the rule that adds the rates up is no disagreement. Where this
-/// is most of the way, or rates change from row to row by more than their size, the rows are too few
+/// way; five times the error of the rule that adds the rates up is no disagreement. Where this is
+/// most of the way, or rates change from row to row by more than their size, the rows are too few
 /// to tell. Fewer than four rows judge nothing.
 void check_rates(RunReport& r, const Trajectory& trajectory, const Rows& rows);
 

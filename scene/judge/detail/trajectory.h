@@ -70,8 +70,15 @@ class Trajectory {
   };
   std::vector<Agreement> agreements(const Rows& rows) const;
 
-  /// Of the joints [rad].
-  double largest_angle() const;
+  /// Whether the file has rates, not momenta.
+  bool has_rates() const { return by_rates_; }
+  /// The coordinates of joints of one degree of freedom.
+  std::vector<std::string> joints() const;
+  /// The same rows, if their angles and angular rates are in degrees.
+  Trajectory in_degrees() const;
+  /// The same rows, if the positions or rates of two joints stand in each other's place.
+  Trajectory exchanged(const std::string& a, const std::string& b, bool positions,
+                       bool rates) const;
 
   /// Works of the torques from row i - 1 to row i [J], as the map says they go between rows.
   void works(const Numbers& t, size_t i, std::span<double> to) const;
