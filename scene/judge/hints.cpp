@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "phs/system/energy_scale.h"
 #include "scene/run/ledger.h"

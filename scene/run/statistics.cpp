@@ -12,7 +12,8 @@ namespace {
 constexpr double enough = 8;  // increments needed to use a level
 constexpr size_t fewest_parts = 9;
 constexpr size_t fewest_levels = 3;
-constexpr double steep = 0.75;  // a slope as of a drift
+constexpr double fewest_records = 4;  // of a part whose scatter counts
+constexpr double steep = 0.75;        // a slope as of a drift
 
 }  // namespace
 
@@ -67,7 +68,8 @@ double ErrorStatistics::Parts::variance(size_t from, size_t to) const {
 ErrorStatistics::Course ErrorStatistics::course() const {
   constexpr double next_to_none = 0.02, nearly_all = 0.8, clearly = 0.04;  // of a variance
   const size_t n = parts_.means.size();
-  const double whole = n < fewest_parts ? 0 : parts_.variance(0, n);
+  if (n < fewest_parts || parts_.length < fewest_records) return {};
+  const double whole = parts_.variance(0, n);
   if (!(whole > 0)) return {};
   if (parts_.variance(n / 2, n) < next_to_none * whole) return {Course::settles};
   double least = whole, sum = 0;
@@ -170,7 +172,6 @@ bool ErrorStatistics::drift_of_means() const {
 }
 
 double ErrorStatistics::swing_growth() const {
-  constexpr double fewest_records = 4;  // of a part
   const size_t n = parts_.means.size();
   if (n < fewest_parts || parts_.length < fewest_records) return 1;
   int falls = 0;

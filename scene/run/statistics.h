@@ -73,6 +73,7 @@ class ErrorStatistics {
     double variance(size_t from, size_t to) const;
   };
   /// What the scatter of the records in halves and quarters of the series tells beside the whole.
+  /// unknown for parts of less than 4 records.
   struct Course {
     /// settles: next to none in the second half. recurs: nearly all in each quarter, as of swings
     /// that do not grow. explodes: next to none in the first half, and the means do not come back.

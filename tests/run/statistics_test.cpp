@@ -239,6 +239,8 @@ TEST(Statistics, FewRecordsHaveNoExponentAndNoDrift) {
   ErrorStatistics s;
   for (int i = 0; i < 20; ++i) s.add(i);  // 19, 9 and 4 increments: two levels count
   EXPECT_TRUE(std::isnan(s.growth_exponent()));
+  EXPECT_TRUE(
+      std::isnan(series_of(9, [](double x) { return std::cos(9 * M_PI * x); }).growth_exponent()));
   EXPECT_FALSE(ErrorStatistics().drift_is_significant());
   EXPECT_EQ(ErrorStatistics().rms(), 0);
 }
