@@ -12,6 +12,9 @@ bool wanted(Crossing c, bool rising) {
   return c == Crossing::both || (c == Crossing::rising) == rising;
 }
 
+/// On which side of an event g is; 0: on none, its neighbours decide.
+int side(const Event& e, double g) { return e.beyond ? (g > *e.beyond ? 1 : -1) : sign_of(g); }
+
 }  // namespace
 
 EventStepper::EventStepper(const phs::Model& model,
@@ -23,8 +26,11 @@ EventStepper::EventStepper(const phs::Model& model,
       options_(options),
       x_(size_t(model.description().nx)) {
   if (!options.to_grid) method_->sampler().refuse("a step that ends at an event");
-  for (const auto& e : events_)
+  for (const auto& e : events_) {
     if (!e.g) throw InvalidArgument("an event has no function g(t, x)");
+    if (e.beyond && (!(*e.beyond >= 0) || e.direction != Crossing::rising))
+      throw InvalidArgument("an event has `beyond`, expected 0 or more and a rising event");
+  }
   if (options.samples < 0 || options.most_trials < 1)
     throw InvalidArgument("an event search needs samples >= 0 and most_trials >= 1");
   for (const auto& b : model.description().blocks)
@@ -161,6 +167,40 @@ double EventStepper::tried(const Event& e, double at) {
   return g_of(e, trial_->time(tried_), tried_);
 }
 
+/// The first point up to `to` at which g is beyond an event, by steps that double, then halves.
+EventStepper::Point EventStepper::leave(const Event& e, double from, Point to) {
+  constexpr double closest = 0x1p-48;
+  for (double d = closest; from + d < to.at && tried_outcome_ == Outcome::ok; d *= 2) {
+    const Point p{from + d, tried(e, from + d)};
+    if (side(e, p.g) > 0) {
+      to = p;
+      break;
+    }
+    from = p.at;
+  }
+  while (to.at - from > closest && tried_outcome_ == Outcome::ok) {
+    const Point p{0.5 * (from + to.at), tried(e, 0.5 * (from + to.at))};
+    if (side(e, p.g) > 0)
+      to = p;
+    else
+      from = p.at;
+  }
+  return to;
+}
+
+/// The crossing between a and b, on either side of an event.
+EventStepper::Point EventStepper::settle(const Event& e, Point a, Point b, double first) {
+  if (e.beyond && a.g >= 0) return leave(e, a.at, b);
+  const Point root =
+      refine_zero(a, b, first, options_.most_trials, [&](double at) { return tried(e, at); });
+  if (!e.beyond || tried_outcome_ != Outcome::ok) return root;
+  // It passes 0, jumps over it, or has come to rest there, for longer than a millionth of the step.
+  const Point soon{root.at + 0x1p-20, root.at + 0x1p-20 < b.at ? tried(e, root.at + 0x1p-20) : b.g};
+  if (side(e, soon.g) < 0) return leave(e, soon.at, b);
+  const bool jumps = root.g < -1e-6 * std::max(std::fabs(a.g), std::fabs(b.g));
+  return jumps ? leave(e, root.at, soon.at < b.at ? soon : b) : root;
+}
+
 /// Searches for the first relevant crossing of an event; false if a re-step failed.
 bool EventStepper::search(int event, const phs::State& after, Root& earliest) {
   const Event& e = events_[size_t(event)];
@@ -168,14 +208,14 @@ bool EventStepper::search(int event, const phs::State& after, Root& earliest) {
   points_.clear();
   for (int i = event == left_event_ ? 1 : 0; i <= n; ++i) {
     const Point p{double(i) / n, sampled(e, double(i) / n, after)};
-    if (std::isnan(p.g)) continue;    // no dense output here
-    if (p.g == 0 && i < n) continue;  // no sign: its neighbours decide
+    if (std::isnan(p.g)) continue;  // no dense output here
+    if (side(e, p.g) == 0 && i < n) continue;
     points_.push_back(p);
   }
   for (size_t i = 1; i < points_.size(); ++i) {
     Point a = points_[i - 1], b = points_[i];
-    if (sign_of(a.g) == sign_of(b.g)) continue;
-    const bool rising = a.g < 0;
+    if (side(e, a.g) == side(e, b.g)) continue;
+    const bool rising = side(e, a.g) < 0;
     if (!wanted(e.direction, rising)) continue;
     if (earliest.event >= 0 && a.at > earliest.point.at) return true;
     Point root = b;  // the end of the step if g is 0 there
@@ -188,13 +228,12 @@ bool EventStepper::search(int event, const phs::State& after, Root& earliest) {
         return p.at == 0 || p.at == 1 ? p : Point{p.at, tried(e, p.at)};
       };
       const int before = rising ? -1 : 1;
-      for (a = exact(a); sign_of(a.g) != before && left > 0;) a = exact(points_[--left]);
-      for (b = exact(b); sign_of(b.g) == before && right + 1 < points_.size();)
+      for (a = exact(a); side(e, a.g) != before && left > 0;) a = exact(points_[--left]);
+      for (b = exact(b); side(e, b.g) == before && right + 1 < points_.size();)
         b = exact(points_[++right]);
       if (tried_outcome_ != Outcome::ok) return false;
-      if (sign_of(a.g) != before || sign_of(b.g) == before) continue;  // it only touched 0
-      root =
-          refine_zero(a, b, first, options_.most_trials, [&](double at) { return tried(e, at); });
+      if (side(e, a.g) != before || side(e, b.g) == before) continue;  // it only touched 0
+      root = settle(e, a, b, first);
       if (tried_outcome_ != Outcome::ok) return false;
     }
     if (earliest.event < 0 || root.at < earliest.point.at) earliest = {event, rising, root};

@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "integrators/core/integrator.h"
@@ -17,6 +18,9 @@ enum class Crossing { rising, falling, both };
 struct Event {
   std::function<double(double t, std::span<const double> x)> g;
   Crossing direction = Crossing::both;
+  /// Of a rising event that g must exceed, not reach: g up to this, 0 or more, counts as before it.
+  /// Where g rests between 0 and this, the event is at the instant at which it leaves.
+  std::optional<double> beyond = {};
 };
 
 /// Options of the search for events.
@@ -57,8 +61,8 @@ class EventStepper {
  public:
   /// make: creates the integrator; it is called twice (for the run and for trials). The model is
   /// the one that is integrated.
-  /// @throws InvalidArgument for an event without g, samples < 0 or most_trials < 1; for sampled
-  ///   controllers without to_grid
+  /// @throws InvalidArgument for an event without g or with another `beyond`, samples < 0 or
+  ///   most_trials < 1; for sampled controllers without to_grid
   EventStepper(const phs::Model& model, const std::function<std::unique_ptr<Integrator>()>& make,
                std::vector<Event> events, const EventOptions& options = {});
 
@@ -95,6 +99,8 @@ class EventStepper {
   double sampled(const Event& e, double at, const phs::State& after);
   double tried(const Event& e, double at);
   bool search(int event, const phs::State& after, Root& earliest);
+  Point leave(const Event& e, double from, Point to);
+  Point settle(const Event& e, Point a, Point b, double first);
 
   std::unique_ptr<Integrator> method_, trial_;
   std::vector<Event> events_;

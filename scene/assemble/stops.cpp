@@ -52,7 +52,7 @@ std::vector<integrators::Event> stop_events(const Scene& scene, const Assembly& 
                      std::copy(x.begin(), x.end(), state->x.begin());
                      return value->at(t, *state) - value->limit();
                    },
-                   integrators::Crossing::rising});
+                   integrators::Crossing::rising, value->rounding()});
   }
   return all;
 }
@@ -61,8 +61,8 @@ int stop_that_holds(const std::vector<integrators::Event>& stops, const Assembly
                     double t, const phs::State& s) {
   if (stops.empty()) return -1;
   const auto x = phs::with_turns(assembly.model->description(), s);
-  const auto met =
-      std::find_if(stops.begin(), stops.end(), [&](const auto& e) { return e.g(t, x) >= 0; });
+  const auto met = std::find_if(stops.begin(), stops.end(),
+                                [&](const auto& e) { return e.g(t, x) > *e.beyond; });
   return met == stops.end() ? -1 : int(met - stops.begin());
 }
 

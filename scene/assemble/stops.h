@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,6 +25,9 @@ class StopValue {
     return stop_.above ? value : -value;
   }
   double limit() const { return stop_.above ? stop_.limit : 0 - stop_.limit; }
+  /// A value that exceeds the limit by less has the limit: a height of 400 km is the difference of
+  /// two radii, of which each is rounded.
+  double rounding() const { return 1e-12 * std::fabs(stop_.limit); }
   /// When it is first looked at [s]: at `after`, or at the end of a run that ends there but for the
   /// rounding of its steps.
   double from() const { return from_; }
@@ -37,7 +41,7 @@ class StopValue {
   Outputs outputs_;
 };
 
-/// The [[stop]]s of a scene as events of its assembly, in their order: each g rises through 0.
+/// The [[stop]]s of a scene as events of its assembly, in their order: each g rises beyond 0.
 /// Scene and assembly must outlive them.
 /// @throws InvalidArgument as StopValue
 std::vector<integrators::Event> stop_events(const Scene& scene, const Assembly& assembly);

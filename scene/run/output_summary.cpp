@@ -17,6 +17,12 @@ OutputSummary::OutputSummary(const Scene& scene, const RecordLayout& layout) : l
   }
 }
 
+void see_output(OutputRow& row, double value) {
+  row.end = value;
+  row.least = std::fmin(row.least, value);
+  row.largest = std::fmax(row.largest, value);
+}
+
 void OutputSummary::see(std::span<const double> record) {
   for (size_t k = 0; k < rows_.size(); ++k) {
     OutputRow& r = rows_[k];

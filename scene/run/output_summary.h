@@ -15,6 +15,9 @@ struct OutputRow {
   double start = 0, end = 0, least = 0, largest = 0;
 };
 
+/// Adds a later value to a row. NaN has no extremum: a locked joint has none.
+void see_output(OutputRow& row, double value);
+
 /// The outputs of a run, from its records.
 class OutputSummary {
  public:

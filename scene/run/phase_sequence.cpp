@@ -245,6 +245,10 @@ bool PhaseSequence::stopped() {
   values.see(from_, phase_.assembly.initial);
   values.fill(here);
   for (const Check& c : here.checks) whole_.worst(c);
+  const Stop& stop = scene_.stops[size_t(k)];
+  const double met = StopValue(scene_, phase_.assembly, stop).at(from_, phase_.assembly.initial);
+  for (OutputRow& o : whole_.report().outputs)  // no record is of this instant
+    if (o.name == stop.output) see_output(o, stop.above ? met : -met);
   more_ = false;
   return true;
 }

@@ -363,5 +363,50 @@ TEST(Event, AnglesWithAllTheirTurns) {
   }
 }
 
+// An event that g must exceed: at the instant at which it does, from wherever it comes.
+TEST(Event, WhatMustBeExceededIsNotMetByBeingReached) {
+  struct Case {
+    const char* what;
+    double (*g)(double);
+    double at;  // of the event, -1: none
+  };
+  const Case cases[] = {
+      {"passes", [](double t) { return t - 1.03; }, 1.03},
+      {"rests, then leaves", [](double t) { return t < 1.03 ? t - 1.03 : std::max(0.0, t - 2.47); },
+       2.47},
+      {"rests within a step",
+       [](double t) { return t < 1.03 ? t - 1.03 : std::max(0.0, t - 1.07); }, 1.07},
+      {"rests", [](double t) { return std::min(0.0, t - 1.03); }, -1},
+      {"touches", [](double t) { return -std::fabs(t - 1); }, -1},
+      {"starts there and leaves", [](double t) { return t; }, 0},
+      {"starts there, leaves slowly", [](double t) { return t * t * t; }, 0},
+      {"starts there, rests", [](double t) { return std::max(0.0, t - 1.03); }, 1.03},
+      {"starts there and falls", [](double t) { return -t; }, -1},
+      {"jumps", [](double t) { return t < 1.03 ? -0.2 : 0.5; }, 1.03},
+      {"jumps from it", [](double t) { return t < 1.03 ? 0 : 0.5; }, 1.03},
+      {"jumps at the end of a step", [](double t) { return t < 1 ? -0.2 : 0.5; }, 1}};
+  for (const Case& c : cases) {
+    const auto g = [&c](double t, X) { return c.g(t); };
+    auto run = stepper("gauss8", 0.1, {{g, Crossing::rising, 0.0}}, {.samples = 1});
+    phs::State s = at_rest();
+    const EventResult r = run.run_to(s, 3);
+    EXPECT_EQ(r.event, c.at < 0 ? -1 : 0) << c.what;
+    const double off = std::fabs(run.time(s) - (c.at < 0 ? 3 : c.at));
+    std::printf("  %s: off by %.1e s   bound 1e-13, %d trials\n", c.what, off, r.trials);
+    EXPECT_LE(off, 1e-13) << c.what;
+    EXPECT_GT(run.time(s), 0);
+    if (std::string(c.what).starts_with("jumps")) EXPECT_GT(r.g, 0) << c.what;
+  }
+  // Control: reaching it is an event where it counts, and a start there hides what follows.
+  const auto reached = [](double t, X) { return std::min(0.0, t - 1); };
+  phs::State s = at_rest();
+  EXPECT_EQ(stepper("gauss8", 0.1, {{reached, Crossing::rising}}).run_to(s, 3).event, 0);
+  s = at_rest();
+  const auto leaves = [](double t, X) { return t; };
+  EXPECT_EQ(stepper("gauss8", 0.1, {{leaves, Crossing::rising}}).run_to(s, 3).event, -1);
+  EXPECT_THROW(stepper("gauss8", 0.1, {{leaves, Crossing::both, 0.0}}), InvalidArgument);
+  EXPECT_THROW(stepper("gauss8", 0.1, {{leaves, Crossing::rising, -1.0}}), InvalidArgument);
+}
+
 }  // namespace
 }  // namespace porthos::integrators::event_test
