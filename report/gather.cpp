@@ -186,6 +186,15 @@ class Gathered {
     phase_count_ = std::max(1, count);
     if (summary_.is_null()) unfinished_ = true;
     std::optional<mechanics::MovingMechanism> moving;
+    std::vector<std::unique_ptr<Records>> files;  // a damaged one is named below
+    for (int k = 0; k < count; ++k) {
+      try {
+        files.push_back(open_run_file(scene::phase_folder(folder_, size_t(k) + 1) / "run.h5"));
+      } catch (const std::exception&) {
+        break;
+      }
+    }
+    attempt("turning joints", [&] { stage_.run = whole_run(files); });
     double from = 0;
     for (int k = 0; k < count; ++k)
       attempt("a phase of the run cannot be shown", [&] {

@@ -160,6 +160,23 @@ void add_poses(std::span<const Transform<double>> pose, const mechanics::Vec3d& 
   }
 }
 
+scene::WholeRun whole_run(const std::vector<std::unique_ptr<Records>>& phases) {
+  scene::WholeRun run;
+  for (const auto& phase : phases) {
+    const Records& r = *phase;
+    if (!run.first)
+      run.first = [&r](const std::string& name) {
+        return r.has(name) ? at_rows(r, name, {0}) : std::vector<double>{};
+      };
+    const auto all = [&r](const std::string& name) {
+      return r.has(name) ? at_rows(r, name, evenly(r.count(), r.count())) : std::vector<double>{};
+    };
+    for (auto& joint : scene::turning_joints({{}, r.turn_names(), all}))
+      run.turning.push_back(std::move(joint));
+  }
+  return run;
+}
+
 Json motion(const Stage& stage, std::int64_t most) {
   const Records& r = *stage.records;
   const auto rows = evenly(r.count(), most);
@@ -170,6 +187,7 @@ Json motion(const Stage& stage, std::int64_t most) {
   for (const auto& name : r.names("output"))
     records.outputs.emplace_back(name, r.unit("output/" + name));
   records.springs = stage.springs;
+  records.whole = stage.run;
   Json panels = Json::array();
   for (const auto& p : scene::motion_panels(*stage.mechanism, records)) {
     Json lines = Json::array();

@@ -1,5 +1,6 @@
 #pragma once
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -21,6 +22,7 @@ struct Stage {
   std::vector<std::pair<std::string, std::string>> wrenches;  ///< outputs joint_wrench: name, joint
   std::vector<scene::Spring> springs;                         ///< of actuators
   mechanics::Vec3d gravity{0, 0, 0};  ///< of the scene, whether or not the mechanism feels it
+  scene::WholeRun run;                ///< for the motion of each phase
   const Records* records = nullptr;
   MeshShelf* meshes = nullptr;
 };
@@ -33,6 +35,9 @@ mechanics::Vec3d origin_of(const mechanics::Mechanism& m,
 /// Appends seven numbers per body: place relative to the origin, quaternion w x y z.
 void add_poses(std::span<const mechanics::Transform<double>> pose, const mechanics::Vec3d& origin,
                std::vector<float>& to);
+
+/// What the phases of a run share, whose records these are. They must outlive it.
+scene::WholeRun whole_run(const std::vector<std::unique_ptr<Records>>& phases);
 
 /// The panels of scene::motion_panels at no more than `most` records, equally far apart:
 /// {t, panels: [{what, lines: [{name, v}]}]}.

@@ -16,7 +16,24 @@ namespace {
 using mechanics::JointCoordinates, mechanics::Quaternion, mechanics::Vec3d;
 using phs::BlockKind;
 
-constexpr double spins = 4 * phs::two_pi_hi;  ///< [rad] from zero
+/// More than four turns from zero [rad].
+bool far(double q) { return std::fabs(q) > 4 * phs::two_pi_hi; }
+
+/// With the start of the run as the first record.
+MotionRecords from_start(const MotionRecords& r) {
+  MotionRecords longer = r;
+  longer.rows = [&r](const std::string& name) {
+    auto own = r.rows(name);
+    if (own.empty()) return own;
+    auto first = r.whole.first(name);
+    const size_t columns = own.size() / r.t.size();
+    if (first.size() != columns) first.assign(own.begin(), own.begin() + long(columns));
+    own.insert(own.begin(), first.begin(), first.end());
+    return own;
+  };
+  longer.t.insert(longer.t.begin(), r.t.front());
+  return longer;
+}
 
 /// Coordinates and rates at each record.
 class MotionTable {
@@ -178,8 +195,10 @@ class MotionPanels {
     for (const auto& c : m_.coordinates()) {
       if (c.nq != 1 || c.nv != 1 || c.unit != unit) continue;
       auto l = line(c.name, [&](size_t i) { return table_.q(i, c.q); });
-      const auto far = [](double x) { return std::fabs(x) > spins; };
-      if ((unit == "rad" && std::any_of(l.value.begin(), l.value.end(), far)) != turning) continue;
+      const auto& known = r_.whole.turning;
+      const bool turns = std::find(known.begin(), known.end(), c.name) != known.end() ||
+                         std::any_of(l.value.begin(), l.value.end(), far);
+      if ((unit == "rad" && turns) != turning) continue;
       positions.push_back(std::move(l));
       if (table_.moving())
         rates.push_back(line(c.name, [&](size_t i) { return table_.v(i, c.v); }));
@@ -265,7 +284,29 @@ std::vector<Spring> springs_of(const Scene& scene) {
 
 std::vector<TracePanel> motion_panels(const mechanics::Mechanism& mechanism,
                                       const MotionRecords& records) {
-  return MotionPanels(mechanism, records).panels();
+  if (!records.whole.first || records.t.empty()) return MotionPanels(mechanism, records).panels();
+  auto panels = MotionPanels(mechanism, from_start(records)).panels();
+  for (TracePanel& p : panels)
+    for (TraceLine& l : p.lines) {
+      l.t.erase(l.t.begin());
+      l.value.erase(l.value.begin());
+    }
+  return panels;
+}
+
+std::vector<std::string> turning_joints(const MotionRecords& r) {
+  std::vector<std::string> all;
+  const auto turns = r.rows("turns");
+  const size_t n = r.turns.size();
+  for (size_t k = 0; k < n; ++k) {
+    const auto q = r.rows("state/" + link_name(r.turns[k]));
+    for (size_t i = 0; i < q.size() && q.size() * n == turns.size(); ++i) {
+      if (!far(q[i] + phs::two_pi_hi * turns[i * n + k])) continue;
+      all.push_back(r.turns[k]);
+      break;
+    }
+  }
+  return all;
 }
 
 std::string motion_plot(const mechanics::Mechanism& mechanism, const MotionRecords& records,

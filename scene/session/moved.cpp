@@ -99,17 +99,11 @@ std::vector<TracePanel> states_of(const Hdf5Reader& file, std::int64_t most) {
 
 std::vector<TracePanel> panels_of(const Hdf5Reader& file, const mechanics::Mechanism& m,
                                   const std::vector<Spring>& springs, std::int64_t most,
-                                  const Hdf5Reader* start) {
+                                  const WholeRun& whole) {
   const auto shown = evenly(file.dataset("time").size(), most);
-  const auto series = [&](const std::string& name) {
-    auto own = rows_of(file, name, shown);
-    if (!start || own.empty()) return own;
-    auto first = rows_of(*start, name, {0});
-    if (first.size() * shown.size() != own.size()) first = rows_of(file, name, {0});
-    own.insert(own.begin(), first.begin(), first.end());
-    return own;
-  };
+  const auto series = [&](const std::string& name) { return rows_of(file, name, shown); };
   MotionRecords records{series("time"), turning(file), series};
+  records.whole = whole;
   for (const auto& [name, d] : file.datasets())
     if (name.starts_with("output/"))
       records.outputs.emplace_back(name.substr(7), file.texts(name)["unit"]);
@@ -215,8 +209,16 @@ Motion motion_in(const fs::path& folder, std::int64_t most,
         "what = \"states\" shows its states",
         folder.string()));
   const Hdf5Reader start(parts[0] / "run.h5");
+  WholeRun run{[&](const std::string& name) { return rows_of(start, name, {0}); }};
+  for (const auto& part : parts) {
+    const Hdf5Reader file(part / "run.h5");
+    const auto n = file.dataset("time").size();
+    const auto all = [&](const std::string& name) { return rows_of(file, name, evenly(n, n)); };
+    for (auto& joint : turning_joints({{}, turning(file), all}))
+      run.turning.push_back(std::move(joint));
+  }
   return over_phases(parts, most, [&](size_t k, const Hdf5Reader& file, std::int64_t each) {
-    return panels_of(file, *moved.mechanisms[k], moved.springs, each, &start);
+    return panels_of(file, *moved.mechanisms[k], moved.springs, each, run);
   });
 }
 

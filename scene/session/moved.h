@@ -42,11 +42,10 @@ bool has_scene(const std::filesystem::path& folder);
 /// @throws InvalidArgument as replot()
 Motion states_in(const std::filesystem::path& folder, std::int64_t most);
 
-/// The panels of the motion in a run.h5, at most so many records. start: that of the first phase,
-/// from which rotations and paths count; then its first record is the first of every line.
+/// The panels of the motion in a run.h5, at most so many records.
 std::vector<TracePanel> panels_of(const Hdf5Reader& file, const mechanics::Mechanism& mechanism,
                                   const std::vector<Spring>& springs, std::int64_t most,
-                                  const Hdf5Reader* start = nullptr);
+                                  const WholeRun& whole = {});
 
 /// A series of a run.h5 with one number per record.
 /// @throws InvalidArgument if it has more or fewer

@@ -16,8 +16,10 @@
 #include "mechanics/kinematics.h"
 #include "mechanics/rotation.h"
 #include "phs/error.h"
+#include "report/detail/series.h"
 #include "report/detail/shapes.h"
 #include "scene/files/files.h"
+#include "scene/session/moved.h"
 #include "scene/session/run.h"
 #include "tests/places.h"
 
@@ -191,6 +193,62 @@ TEST_F(Report, HasTheMotion) {
                                       "path of base [m]", "velocity of base [m/s]"}));
   EXPECT_EQ(panels[0]["lines"][0]["name"], "hinge");
   EXPECT_EQ(panels[0]["lines"][0]["v"].get<std::string>().size(), 540u);  // 101 floats in base64
+}
+
+/// A hinge that turns more than four times in the second phase alone is in one panel all along, and
+/// rotations count from the start of the run: on the page as in every picture.
+TEST_F(Report, HasOneMotionOverAllPhases) {
+  const auto change = [](std::string& text, const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  std::string urdf = scene::read_file(folder_ / "arm.urdf");
+  std::string text = scene::read_file(folder_ / "scene.toml");
+  change(urdf, "</robot>", R"(<link name="flap"><inertial><mass value="1"/><inertia ixx="1" iyy="1"
+      izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="lid" type="continuous">
+      <parent link="base"/><child link="flap"/><axis xyz="0 0 1"/></joint></robot>)");
+  change(text, "velocity = 0.5 }", "velocity = 15 }");
+  change(text, "arm.urdf", "two.urdf");
+  std::ofstream(folder_ / "two.urdf") << urdf;
+  std::ofstream(folder_ / "two.toml")
+      << text << "[[event]]\ntype = \"lock\"\njoint = \"lid\"\nat = 1\n";
+  const auto s = scene::read_scene((folder_ / "two.toml").string());
+  scene::RunOptions options;
+  options.out = (folder_ / "two").string();
+  scene::run(s, scene::assemble(s), options);
+  const auto drawn = scene::motion_in(options.out, 2000);
+  const Json phases = Json::parse(report_json(options.out))["phases"];
+  ASSERT_EQ(phases.size(), 2u);
+  size_t before = 0, same = 0;
+  for (const Json& phase : phases) {
+    const size_t n = phase["series"]["records"];
+    for (const Json& p : phase["motion"]["panels"])
+      for (const Json& l : p["lines"]) {
+        const auto panel =
+            std::ranges::find(drawn.panels, p["what"].get<std::string>(), &scene::TracePanel::what);
+        ASSERT_NE(panel, drawn.panels.end()) << p["what"];
+        const auto line =
+            std::ranges::find(panel->lines, l["name"].get<std::string>(), &scene::TraceLine::name);
+        ASSERT_NE(line, panel->lines.end()) << l["name"];
+        const auto from = line->value.begin() + long(before);
+        EXPECT_EQ(l["v"], base64(std::vector<float>(from, from + long(n)))) << p["what"];
+        ++same;
+      }
+    before += n;
+  }
+  EXPECT_EQ(before, drawn.t.size());
+  EXPECT_GT(same, 20u);
+  for (const auto& p : drawn.panels)
+    for (const auto& l : p.lines)
+      EXPECT_EQ(std::isnan(l.value.back()), l.name == "lid") << p.what << ", " << l.name;
+  const auto panels = [](const Json& phase) {
+    std::string all;
+    for (const Json& p : phase["motion"]["panels"]) all += p["what"].get<std::string>() + "; ";
+    return all;
+  };
+  EXPECT_TRUE(panels(phases[0]).starts_with("joints [rad]; rates of joints [rad/s]; turning"));
+  // Control: the first phase alone has no joint that turns often.
+  EXPECT_EQ(scene::motion_in(fs::path(options.out) / "phase_1", 2000).panels[2].what,
+            "rotation of base [rad]");
 }
 
 TEST_F(Report, BoxesHaveTheInertiaTheyStandFor) {
