@@ -260,6 +260,9 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
   const phs::Description& d = a.model->description();
   for (const auto& jump : command_jumps(scene.actuators, d, phs::with_turns(d, a.initial)))
     a.notes.push_back({jump.substr(0, jump.find(": ")), jump.substr(jump.find(": ") + 2)});
+  for (const Element& e : scene.elements)
+    if (!e.remark.empty())
+      a.notes.push_back({e.where, fmt::format("element '{}': {}", e.name, e.remark)});
   check_overlaps(scene, *a.model, a.initial);
   const auto depths = notes_on_depths(scene, *a.model, a.initial);
   a.notes.insert(a.notes.end(), depths.begin(), depths.end());

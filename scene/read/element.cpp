@@ -69,6 +69,31 @@ phs::FunctionPtr read_signal(const Table& t, const std::string& unit, double* pe
   return phs::profile(p.list("times"), p.list("values", unit));
 }
 
+std::string overshoot(const Table& signal) {
+  if (!signal.has("profile")) return {};
+  const Table p = signal.table("profile");
+  const auto times = p.list("times"), values = p.list("values");
+  const auto curve = phs::profile(times, values);
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  double most = 0.05 * (*high - *low), at = 0, reached = NAN;
+  constexpr int samples = 64;  // of a cubic between two points: its extremum to 1e-3 of it
+  for (size_t i = 1; i < times.size(); ++i)
+    for (int k = 1; k < samples; ++k) {
+      const double t = times[i - 1] + (times[i] - times[i - 1]) * k / samples, y = (*curve)(t);
+      if (const double beyond = std::max(*low - y, y - *high); beyond > most) {
+        most = beyond;
+        at = t;
+        reached = y;
+      }
+    }
+  if (std::isnan(reached)) return {};
+  return fmt::format(
+      "the profile reaches {:.3g} at {:.3g} s, beyond its values {:g} to {:g}: it is a smooth "
+      "curve "
+      "through them (a spline), expected more points, or the key pieces",
+      reached, at, *low, *high);
+}
+
 void JointElement::require_freedom(const Element& e) const {
   if (place.size == 1) return;
   std::string names;
@@ -103,6 +128,7 @@ std::vector<Element> read_elements(const Table& scene) {
       e.name = t.text("name", "the name of its row in the ledger");
     }
     at_line(e.where, [&] { type->read(t, e); });
+    if (e.remark.empty()) e.remark = overshoot(word == "dc_motor" ? t.table("voltage") : t);
     list.push_back(std::move(e));
   });
   return list;

@@ -43,7 +43,7 @@ struct Element {
   /// stop and dry friction.
   std::function<void(const Element&, const JointElement&)> add = {};
 
-  std::string remark = {};  ///< what is odd about it, for the notes of a run; empty: nothing
+  std::string remark = {};  ///< what is odd about it, for the notes on the model
   bool table = false;       ///< a spring from a table, whose third derivative jumps
 
   // Used outside the network.
@@ -69,6 +69,10 @@ std::vector<Element> read_elements(const Table& scene);
 /// profile = { times, values }, file = { path, time, value, between }.
 /// @param period  gets the length of the pieces of a held signal [s]; null: such a one is refused
 phs::FunctionPtr read_signal(const Table& t, const std::string& unit, double* period = nullptr);
+
+/// Where a profile leaves the range of its values by more than 5 % of it; empty: it does not, or
+/// there is no profile.
+std::string overshoot(const Table& signal);
 
 /// Puts the elements at the joints of the member "mechanism" of a network.
 /// @throws InvalidArgument naming file and line, for an unknown joint, one with more freedoms than

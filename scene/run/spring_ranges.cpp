@@ -12,10 +12,8 @@ namespace porthos::scene {
 
 SpringRanges::SpringRanges(const Scene& scene, const Assembly& assembly, const RecordLayout& layout)
     : layout_(layout), most_(scene.verify.energy.value_or(HUGE_VAL)) {
-  for (const Element& e : scene.elements) {
-    if (!e.remark.empty()) remarks_.push_back(e.remark);
+  for (const Element& e : scene.elements)
     if (e.table) tables_.push_back("element '" + e.name + "'");
-  }
   for (const JointActuator& a : scene.actuators) {
     if (a.actuator.elastic->traits().family == "tabulated")
       tables_.push_back("actuator '" + a.name + "'");

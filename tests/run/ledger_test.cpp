@@ -75,6 +75,29 @@ TEST(Ledger, EveryElementHasItsRowAndTheBalanceCloses) {
   }
 }
 
+// A spline through sharp bends swings; straight lines do not.
+TEST(Ledger, AProfileThatSwingsBeyondItsValuesIsNoted) {
+  const std::string says_so =
+      "element 'elbow.force': the profile reaches -0.0531 at 31.1 s, beyond its values 0 to 0.02: "
+      "it "
+      "is a smooth curve";
+  const std::pair<const char*, bool> cases[] = {
+      {"type = \"force\"\nprofile = { times = [0, 5, 10, 60], values = [0, 0.02, 0, 0] }", true},
+      {"type = \"force\"\nprofile = { times = [0, 1, 2, 3], values = [0, 1, 2, 3] }", false},
+      {"type = \"force\"\nprofile = { times = [0, 5, 10, 15], values = [0, 0, 0, 0] }", false},
+      {"type = \"force\"\npieces = { period = 5.0, nodes = 2, values = [0.0042265, 0.0157735,  "
+       "0.02, 0.02,  0.0157735, 0.0042265] }",
+       false}};
+  for (const auto& [keys, noted] : cases) {
+    TemporaryFolder folder;
+    const auto a = scene::assemble(scene_with(folder, element(keys)));
+    std::string notes;
+    for (const auto& n : a.notes) notes += n.where + ": " + n.text + "\n";
+    EXPECT_EQ(notes.find("the profile reaches") != std::string::npos, noted) << notes;
+    EXPECT_EQ(says(notes, says_so), noted) << notes;
+  }
+}
+
 // Limits are C²: the defect is that of a jump in the third derivative, and falls with the step.
 TEST(Ledger, LimitsOfTheModelFileOrTheScene) {
   double defect[2];

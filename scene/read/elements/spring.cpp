@@ -67,9 +67,9 @@ void read_spring(const Table& t, Element& e) {
   e.table = true;
   if (const double off = phs::slope_error(z, force); off > phs::much_slope_error)
     e.remark = fmt::format(
-        "{}: neighbouring forces scatter and are met exactly, so the stiffness is off by about "
+        "neighbouring forces scatter and are met exactly, so the stiffness is off by about "
         "{:.0f} %: smooth them before",
-        e.where, 100 * off);
+        100 * off);
 }
 
 }  // namespace
