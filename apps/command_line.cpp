@@ -215,6 +215,8 @@ void add_pages(CLI::App& app, Arguments& a) {
   plot->add_option("DIR", a.scene, "results folder of a finished run or ensemble")->required();
   plot->add_option("--what", a.what, "energies, works, residual, motion, a panel or a line of it")
       ->type_name("NAME");
+  plot->add_option("--from", a.from, "with --what: simulated time [the beginning]")->type_name("T");
+  plot->add_option("--to", a.to, "with --what: simulated time [the end]")->type_name("T");
   plot->add_option("--out", a.out, "its file: .svg, .pdf or .png [DIR/figure_NAME.svg]")
       ->type_name("FILE");
   auto* table = add_command(app, "export", "the time series of a finished run as a CSV table",

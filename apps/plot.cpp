@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "apps/command_tools.h"
 #include "apps/output.h"
 #include "phs/error.h"
 #include "report/figure.h"
@@ -32,6 +33,8 @@ int plot_command(const Arguments& a) {
       fs::exists(folder / "ensemble.json") && !fs::exists(folder / "summary.json");
   if (a.out && !a.what)
     throw InvalidArgument("--out is the file of one panel, expected --what as well");
+  if ((a.from || a.to) && !a.what)
+    throw InvalidArgument("--from and --to are of one panel, expected --what as well");
   if (ensemble && a.what)
     throw InvalidArgument(fmt::format(
         "{} holds an ensemble, --what is a panel of a run: porthos run {} --case N makes one, and "
@@ -45,8 +48,18 @@ int plot_command(const Arguments& a) {
     for (const auto& file : scene::replot(folder)) print(file + "\n");
     return exit_ok;
   }
+  if (a.out && fs::path(*a.out).has_parent_path() &&
+      !fs::is_directory(fs::path(*a.out).parent_path()))
+    throw IoError(fmt::format("cannot write {}: there is no folder {}", *a.out,
+                              fs::path(*a.out).parent_path().string()));
   const fs::path out = a.out ? fs::path(*a.out) : usual_name(a);
-  const auto documents = scene::figures(folder, *a.what);
+  scene::TimeSpan span;
+  span.from = seconds("from", a.from).value_or(span.from);
+  span.to = seconds("to", a.to).value_or(span.to);
+  if (!(span.from < span.to))
+    throw InvalidArgument(
+        fmt::format("--to is {:g} s, expected more than --from {:g} s", span.to, span.from));
+  const auto documents = scene::figures(folder, *a.what, span);
   for (size_t k = 0; k < documents.size(); ++k) {
     fs::path file = out;  // each phase has its own
     if (documents.size() > 1)

@@ -61,10 +61,10 @@ fs::path aside(const fs::path& path) { return path.string() + ".new"; }
 void write_aside(const fs::path& path, std::string_view content) {
   const fs::path name = aside(path);
   const Stream f(std::fopen(name.c_str(), "wb"));
-  if (!f) cannot_write(name);
+  if (!f) cannot_write(path);
   if (std::fwrite(content.data(), 1, content.size(), f.get()) != content.size() ||
       std::fflush(f.get()) != 0 || fsync(fileno(f.get())) != 0)
-    cannot_write(name);
+    cannot_write(path);
 }
 
 void sync_to_disk(const fs::path& path) {

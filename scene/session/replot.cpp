@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "phs/error.h"
@@ -194,6 +195,46 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what,
                                     what, nearest(what, Names(known.begin(), known.end())), list));
 }
 
+/// What of a line lies in a span, at no more records than a picture of the whole has.
+TraceLine cut(const TraceLine& l, const TimeSpan& span) {
+  TraceLine part{l.name, {}, {}, l.stroke};
+  std::vector<size_t> inside;
+  for (size_t i = 0; i < l.t.size(); ++i)
+    if (l.t[i] >= span.from && l.t[i] <= span.to) inside.push_back(i);
+  for (const auto k : evenly(std::int64_t(inside.size()), most_of_motion)) {
+    const size_t i = inside[size_t(k)];
+    part.t.push_back(l.t[i]);
+    part.value.push_back(l.value[i]);
+    if (!l.low.empty()) part.low.push_back(l.low[i]);
+  }
+  if (l.stroke != Stroke::limit || l.t.empty()) return part;
+  part.t = {std::max(l.t.front(), span.from), std::min(l.t.back(), span.to)};
+  part.value = l.value;
+  return part;
+}
+
+/// Panels in a span. @throws InvalidArgument if no line has two points there
+std::vector<TracePanel> cut(std::vector<TracePanel> panels, const TimeSpan& span) {
+  if (!(span.from > -HUGE_VAL) && !(span.to < HUGE_VAL)) return panels;
+  double first = HUGE_VAL, last = -HUGE_VAL;
+  size_t most = 0;
+  for (TracePanel& p : panels)
+    for (TraceLine& l : p.lines) {
+      if (l.stroke != Stroke::limit && !l.t.empty()) {
+        first = std::min(first, l.t.front());
+        last = std::max(last, l.t.back());
+      }
+      l = cut(l, span);
+      if (l.stroke != Stroke::limit) most = std::max(most, l.t.size());
+    }
+  if (most < 2)
+    throw InvalidArgument(
+        fmt::format("from {:g} to {:g} s there are {} records, expected two or more of {:g} to "
+                    "{:g} s",
+                    span.from, span.to, most, first, last));
+  return panels;
+}
+
 /// Panels of many lines as several below each other, as readable as the screen's.
 std::vector<TracePanel> split(const std::vector<TracePanel>& panels) {
   std::vector<TracePanel> all;
@@ -227,20 +268,22 @@ std::vector<std::string> replot(const fs::path& folder) {
   });
 }
 
-std::vector<std::string> figures(const fs::path& folder, const std::string& what) {
+std::vector<std::string> figures(const fs::path& folder, const std::string& what,
+                                 const TimeSpan& span) {
+  const bool whole = !(span.from > -HUGE_VAL) && !(span.to < HUGE_VAL);
+  const std::int64_t most = whole ? most_of_motion : std::numeric_limits<std::int64_t>::max();
   const std::string title = without_unit(what);
   require_finished(folder);
   if (title != "energies" && title != "works" && title != "residual") {
     const bool states =
         title == "states" || title == "momenta" || (what != "motion" && !has_scene(folder));
-    const Motion motion =
-        states ? states_in(folder, most_of_motion) : motion_in(folder, most_of_motion);
-    return {figure(split(named(motion, what, states ? "states" : "motion")))};
+    const Motion motion = states ? states_in(folder, most) : motion_in(folder, most);
+    return {figure(split(cut(named(motion, what, states ? "states" : "motion"), span)))};
   }
   std::vector<std::string> all;
   for (const fs::path& part : parts_of(folder))
-    all.push_back(
-        of_summary(part, [&](const Json& s) { return figure({balance_panel(part, s, title)}); }));
+    all.push_back(of_summary(
+        part, [&](const Json& s) { return figure(cut({balance_panel(part, s, title)}, span)); }));
   return all;
 }
 

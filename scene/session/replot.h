@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -13,12 +14,19 @@ namespace porthos::scene {
 /// @throws InvalidArgument for a folder without a finished run, or one whose files are damaged
 std::vector<std::string> replot(const std::filesystem::path& folder);
 
+/// A part of a run [s], both ends included.
+struct TimeSpan {
+  double from = -HUGE_VAL, to = HUGE_VAL;
+};
+
 /// A panel of a finished run as figure() draws it: "energies", "works", "residual", a panel of the
 /// motion by its name with or without the unit ("rates of joints"), "motion" (all of them), or a
 /// line of it by its name; "states", of a system made in code a panel or a line of states_in() too.
-/// One document for each phase, but of the motion and the states one for all.
+/// One document for each phase, but of the motion and the states one for all. span: of no more
+/// records than a picture of the whole has.
 /// @throws InvalidArgument as motion_in(), and for a name that is none, with the list of those
-/// there are and the nearest
-std::vector<std::string> figures(const std::filesystem::path& folder, const std::string& what);
+/// there are and the nearest; for a span without records
+std::vector<std::string> figures(const std::filesystem::path& folder, const std::string& what,
+                                 const TimeSpan& span = {});
 
 }  // namespace porthos::scene

@@ -254,6 +254,12 @@ RunReport run(const Scene& scene, const Assembly& assembly, const RunOptions& op
     return s.events.empty() ? Session(s, assembly, options).run()
                             : run_phases(s, assembly, options);
   };
+  if (options.resume && !has_checkpoint(begun(options.out)) &&
+      fs::exists(fs::path(options.out) / "summary.json"))
+    throw InvalidArgument(
+        fmt::format("the run in {} is finished, expected one that was interrupted; a longer one is "
+                    "--extend T (in Python extend=T)",
+                    options.out));
   if (scene.method != auto_method) return go(scene);
   if (!options.resume) refuse_unfinished(options.out);  // before the pilots
   // One choice for all phases: steps are counted from time 0, by one size.

@@ -409,6 +409,14 @@ TEST_F(SmallCommands, PlotDrawsOnePanelForPrint) {
   EXPECT_NE(refused("a --what rates").find("what is 'rates', the nearest is"), std::string::npos);
   EXPECT_EQ(refused("a --out x.svg"),
             "porthos: --out is the file of one panel, expected --what as well\n");
+  EXPECT_EQ(refused("a --from 2"),
+            "porthos: --from and --to are of one panel, expected --what as well\n");
+  EXPECT_EQ(refused("a --what energies --from 3 --to 2"),
+            "porthos: --to is 2 s, expected more than --from 3 s\n");
+  EXPECT_EQ(porthos("plot a --what energies --from 2 --to 4 --out part.svg").code, 0);
+  const Answer nowhere = porthos("plot a --what energies --out no/b.png");
+  EXPECT_EQ(nowhere.code, 5);
+  EXPECT_EQ(nowhere.err, "porthos: cannot write no/b.png: there is no folder no\n");
   EXPECT_EQ(refused("a --what works"),
             "porthos: a has no panel 'works': nothing is supplied or lost\n");
   EXPECT_EQ(refused("a --what energies --out x.gif"),

@@ -111,6 +111,30 @@ TEST(Replot, APanelIsChosenByItsName) {
   EXPECT_TRUE(says(refused("free", "works"), "has no panel 'works': nothing is supplied or lost"));
 }
 
+TEST(Replot, APartOfARunHasItsRecordsAlone) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "arm.urdf", arm_urdf());
+  write_bytes(folder / "scene.toml",
+              "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[initial]\njoints.elbow = { velocity = 3 "
+              "}\n[integrator]\nmethod = 'gauss8'\nstep = 0.02\n[run]\nduration = 8\n");
+  const auto s = scene::read_scene((folder / "scene.toml").string());
+  scene::run(s, scene::assemble(s), into(folder / "out"));
+  const double end = s.duration;
+  for (const char* what : {"motion", "energies", "residual", "states"}) {
+    const auto drawn = [&](double from, double to) {
+      return scene::figures(folder / "out", what, {from, to}).at(0);
+    };
+    const auto whole = scene::figures(folder / "out", what).at(0);
+    EXPECT_EQ(drawn(-HUGE_VAL, HUGE_VAL), whole);
+    const auto part = drawn(0.25 * end, 0.75 * end);
+    EXPECT_LT(part.size(), whole.size()) << what;
+    EXPECT_NE(part, drawn(0.25 * end, 0.5 * end)) << what;
+    EXPECT_TRUE(
+        says(refusal([&] { drawn(2 * end, 3 * end); }), "there are 0 records, expected two"))
+        << what;
+  }
+}
+
 TEST(Replot, APanelTellsJointsThatAreInAnother) {
   const TemporaryFolder folder;
   write_bytes(folder / "arm.urdf", arm_urdf());

@@ -161,6 +161,10 @@ TEST(Checkpoint, Missing) {
   const auto text = refusal([&] { scene::run(c.scene, c.assembly, into(folder / "none", true)); });
   EXPECT_EQ(text, "there is no checkpoint in " + (folder / "none" / "checkpoint").string());
   EXPECT_FALSE(fs::exists(folder / "none"));
+  scene::run(c.scene, c.assembly, into(folder / "done"));
+  EXPECT_TRUE(
+      says(refusal([&] { scene::run(c.scene, c.assembly, into(folder / "done", true)); }),
+           "the run in " + (folder / "done").string() + " is finished, expected one that was"));
 }
 
 TEST(Checkpoint, TruncatedAtEveryLength) {
