@@ -1,12 +1,18 @@
 // Look-up by name in a Mechanism.
 #include "mechanics/mechanism.h"
 
+#include <algorithm>
+
 namespace porthos::mechanics {
 
 const JointCoordinates& Mechanism::coordinate(std::string_view name) const {
   return find_named(coordinates_, name, "there is no joint coordinate");
 }
 const BodyFrame& Mechanism::body(std::string_view name) const {
+  const bool known = std::any_of(bodies_.begin(), bodies_.end(),
+                                 [&](const BodyFrame& b) { return b.name == name; });
+  if (name == "base" && !known && !bodies_.empty())
+    throw InvalidArgument("there is no body 'base', the root link is '" + bodies_[0].name + "'");
   return find_named(bodies_, name, "there is no body");
 }
 

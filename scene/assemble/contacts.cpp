@@ -257,7 +257,11 @@ void check_overlaps(const Scene& scene, const phs::Model& model, const phs::Stat
   for (const SceneContact& c : scene.contacts)
     if (c.name == name) refuse(c.where);
   for (const Element& e : scene.elements)
-    if (e.name == name) refuse(e.where);
+    if (e.name == name)
+      throw InvalidArgument(
+          fmt::format("{}joint '{}' starts {:.3g} outside the limits of its rigid stop '{}', "
+                      "expected a start inside them",
+                      in_file(e.where), e.joint, depth, name));
 }
 
 std::vector<mechanics::UrdfNote> notes_on_depths(const Scene& scene, const phs::Model& model,

@@ -65,6 +65,10 @@ contact::Law read_law(const Table& t) {
   only_with("simultaneous", "rigid");
   if (form == "rigid") return read_rigid(t);
   if (form == "smooth") {
+    if (!t.has("law"))
+      t.require("width",
+                "one, as law is \"smooth\" by default; of a hard contact or stop law is "
+                "\"rigid\"");
     law.width = t.positive("width");
   } else {
     law.form = contact::Law::Form::power;

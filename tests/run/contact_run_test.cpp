@@ -214,7 +214,10 @@ TEST(ContactRun, RefusalsSayWhereAndWhat) {
   EXPECT_TRUE(says(c("links = [\"rod\"]\nlaw = \"hertz\"\n"), "lacks the key 'stiffness'"));
   EXPECT_TRUE(says(c("links = [\"rod\"]\nagainst = [\"base\"]\nlaw = \"hertz\"\nmodulus = 1e9\n"),
                    "a modulus is given for a box on 'base', expected spheres and planes"));
-  EXPECT_TRUE(says(c("links = [\"rod\"]\nstiffness = 1\n"), "lacks the key 'width'"));
+  EXPECT_TRUE(says(
+      c("links = [\"rod\"]\nstiffness = 1\n"),
+      "lacks the key 'width', expected one, as law is \"smooth\" by default; of a hard contact "
+      "or stop law is \"rigid\""));
   EXPECT_TRUE(says(c("links = [\"rod\"]\nfriction = 0.1\n" + stiff), "lacks the key 'creep'"));
   EXPECT_TRUE(says(c("links = [\"rod\"]\nrestitution = 1.2\nspeed = 1\n" + stiff),
                    "restitution is 1.2, expected more than 0, at most 1"));

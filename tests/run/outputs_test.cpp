@@ -316,6 +316,8 @@ TEST(Outputs, AreTheSameInFilesInMemoryAndResumed) {
 
 TEST(Outputs, WhatCannotBeIsRefusedWithItsPlace) {
   EXPECT_TRUE(says(refusal(output("position", "tip", "link = \"rood\"")), "rood"));
+  EXPECT_TRUE(says(refusal(output("position", "tip", "link = \"base\"")),
+                   "there is no body 'base', the root link is 'foot'"));
   EXPECT_TRUE(says(refusal(output("joint_rate", "r", "joint = \"hing\"")), "hing"));
   EXPECT_TRUE(says(refusal(output("joint_wrench", "r", "joint = \"hing\"")),
                    "the model has no joint 'hing' that moves"));

@@ -124,6 +124,8 @@ TEST(RigidRun, RefusalsSayWhereAndWhat) {
   EXPECT_TRUE(says(c("restitution = 1\nfriction = 0.3\ncreep = 1\n"),
                    "creep is given with law = \"rigid\""));
   EXPECT_TRUE(says(c("restitution = 1\n"), "'c' is rigid and overlaps by 1.1 at the start"));
+  EXPECT_TRUE(says(refusal(stop + "restitution = 1\nlower = 0.1\n"),
+                   "joint 'j' starts 0.1 outside the limits of its rigid stop 'j.joint_stop'"));
   EXPECT_TRUE(says(refusal(stop + "restitution = 1\nsimultaneous = \"both\"\n"), "expected"));
   EXPECT_TRUE(says(refusal(stop + "restitution = 1\n[[motion]]\nname = \"m\"\njoint = \"j\"\n"
                                   "steady = { rate = 1 }\n"),
