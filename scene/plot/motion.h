@@ -50,7 +50,8 @@ std::vector<std::string> turning_joints(const MotionRecords& records);
 /// from the start as a vector along its axis, continuous where less than half a turn lies between
 /// two records), its angular rate in its own axes, its path from the start and its velocity, both
 /// in world axes. Rates are of the recorded momenta, v = M(q)⁻¹ p.
-/// A joint that makes more than four turns, in whatever phase, has panels apart. Empty: a coordinate is not recorded.
+/// A joint that makes more than four turns, in whatever phase, has panels apart. Empty: a
+/// coordinate is not recorded.
 std::vector<TracePanel> motion_panels(const mechanics::Mechanism& mechanism,
                                       const MotionRecords& records);
 
