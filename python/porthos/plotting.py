@@ -135,14 +135,15 @@ def _logarithmic(ax: "Axes", curves: dict[str, tuple[np.ndarray, np.ndarray]], l
 
 
 def draw(result: Result) -> "Figure":
-    """Four panels of one result, as a matplotlib Figure."""
+    """The panels of one result, as a matplotlib Figure."""
     try:
         from matplotlib.figure import Figure
     except ImportError:
         raise InvalidArgument("plots need matplotlib, which is not installed (Debian: python3-matplotlib); "
                               "the command `porthos plot` draws SVG without it") from None
     s = result.summary
-    drawn = [_energies, *([_works] if _works_of(result) else []), _residual, _momenta]
+    kept = not any(np.any(y) for _, y in _momenta_of(result).values())  # or there are none, as on a fixed base
+    drawn = [_energies, *([_works] if _works_of(result) else []), _residual, *([] if kept else [_momenta])]
     figure = Figure(figsize=(11, 7.4), layout="constrained")
     grid = figure.subplots(2, 2).ravel()
     for ax, into in zip(grid, drawn):
@@ -214,9 +215,13 @@ def _residual(ax: "Axes", r: Result) -> None:
 
 def _momenta(ax: "Axes", r: Result) -> None:
     _style(ax, "errors of momenta (world axes) and of |ξ| − 1", "kg m/s, kg m²/s, relative")
+    _logarithmic(ax, _momenta_of(r))
+
+
+def _momenta_of(r: Result) -> dict[str, tuple[Any, Any]]:
     size = lambda name: np.linalg.norm(r[name], axis=1)
     momenta = {w: (r.time, size(f"{w}_momentum_error")) for w in ("linear", "angular") if f"{w}_momentum_error" in r.names}
-    _logarithmic(ax, {**momenta, "quaternion norm": (r.time, r["quaternion_norm_error"])})
+    return {**momenta, "quaternion norm": (r.time, r["quaternion_norm_error"])}
 
 
 PANELS = {"energies": _energies, "works": _works, "residual": _residual}
