@@ -162,6 +162,10 @@ class Judge {
       // The Kepler flow and the works of the kicks are exact: docs/space.md.
       check("orbital", limits_.orbital, r_.space->orbital.relative(), false);
       check("coupling", limits_.coupling, r_.space->coupling.relative(), true);
+      if (limits_.coupling && r_.checks.back().value > r_.checks.back().limit)
+        r_.notes.push_back(
+            "the coupling ledger does not close to its limit: a shorter step does, or a splitting "
+            "of higher order ([orbit] splitting = \"lobatto8c\")");
       return;
     }
     const char* const why = "it is a ledger of a spacecraft in [orbit]";

@@ -286,6 +286,15 @@ TEST(OrbitScene, ReportsItsLedgersAndGoesOnWhereItStopped) {
   const auto whole = run(s, a, test::into(f.at / "whole"));
   ASSERT_TRUE(whole.space);
   EXPECT_TRUE(whole.passed());
+  const auto told = [](const RunReport& r) {
+    return std::ranges::any_of(r.notes, [](const std::string& n) {
+      return n.starts_with("the coupling ledger does not close to its limit: a shorter step does");
+    });
+  };
+  EXPECT_FALSE(told(whole));
+  Scene strict = s;
+  strict.limits.coupling = 1e-9;
+  EXPECT_TRUE(told(run(strict, assemble(strict), test::into(f.at / "strict"))));
   const auto j = nlohmann::json::parse(test::read_bytes(f.at / "whole" / "summary.json"));
   for (const char* name : {"orbital", "internal", "coupling"})
     EXPECT_TRUE(j["ledgers"].contains(name)) << name;
