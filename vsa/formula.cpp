@@ -87,8 +87,9 @@ void check_places(const Elastic& e, bool with_sigma) {
             ? "the energy is odd in phi: is it the torque? state its integral"
             : "the equilibrium would not be unique"));
   if (!(stiffest > 0))
-    refuse_formula("the stiffness is 0 everywhere, expected an energy that bends with phi: if "
-                   "this is the torque, state its integral");
+    refuse_formula(
+        "the stiffness is 0 everywhere, expected an energy that bends with phi: if "
+        "this is the torque, state its integral");
 }
 
 /// Where a function of φ jumps most between neighbours of a grid: it changes there by more than

@@ -293,7 +293,7 @@ TEST(OrbitScene, ReportsItsLedgersAndGoesOnWhereItStopped) {
   };
   EXPECT_FALSE(told(whole));
   Scene strict = s;
-  strict.limits.coupling = 1e-9;
+  strict.verify.coupling = 1e-9;
   EXPECT_TRUE(told(run(strict, assemble(strict), test::into(f.at / "strict"))));
   const auto j = nlohmann::json::parse(test::read_bytes(f.at / "whole" / "summary.json"));
   for (const char* name : {"orbital", "internal", "coupling"})
