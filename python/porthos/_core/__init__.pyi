@@ -1874,6 +1874,10 @@ def plan_into(scene: SceneData, assembly: Assembly, out: str) -> tuple:
     """Plans a scene into a folder: (plan.json, whether it was interrupted)."""
     ...
 
+def judge_into(file: str, model: str, map: str, out: str) -> str:
+    """Judges a trajectory into a folder: summary.json."""
+    ...
+
 def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'gauss16', end: Any = None, sampled: Any = None, running: Any = None, memory: int = 67108864) -> Gradient:
     """The gradient of a run of `steps` steps [s] from the state x (nx,), by the discrete adjoint: exact to rounding for
     the numbers the run computes. It takes the time of a few runs, however many parameters there are.
