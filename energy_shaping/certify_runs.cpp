@@ -41,6 +41,7 @@ class HeldOffset {
     if (held_.empty() || phs::symmetric_eigenvalues(held_.size(), scaled)[0] < 1e-9) held_.clear();
   }
   double operator()(const Vec& x) {
+    if (held_.empty()) return 0;
     Vec d(n_);
     for (const size_t i : held_) d[i] = x[i] - loop_.rest()[i];
     for (const auto& b : loop_.plant().description().blocks)

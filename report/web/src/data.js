@@ -55,8 +55,7 @@ function joinMotion(phases) {
     if (!panels.has(p.what)) panels.set(p.what, new Map());
     const lines = panels.get(p.what);
     if (!lines.has(l.name)) lines.set(l.name, t.map((x) => new Float64Array(x.length).fill(NaN)));
-    const before = k > 0 && p.what.startsWith("path of") ? lines.get(l.name)[k - 1].at(-1) : 0;  // a path goes on from where it was
-    lines.get(l.name)[k] = Float64Array.from(floats(l.v), (x) => x + (before || 0));
+    lines.get(l.name)[k] = Float64Array.from(floats(l.v));
   })));
   return withGaps({ t: joined(t), panels: [...panels].map(([what, lines]) => ({ what, lines: [...lines].map(([name, v]) => ({ name, v: joined(v) })) })) });
 }

@@ -152,7 +152,7 @@ export function motion(d) {
     }));
   });
   return section("motion", "Motion",
-    lead("Positions and rates at the records. A rotation is a vector along its axis, from the attitude at the start (after an event: at the event), world axes; its length is the angle. Angular rates are in the body's own axes, paths and velocities in world axes."),
+    lead("Positions and rates at the records. A rotation is a vector along its axis, from the attitude at the start, world axes; its length is the angle. Angular rates are in the body's own axes, paths and velocities in world axes."),
     h("div", { class: plots.length > 1 ? "grid2" : "" }, plots.map((p) => card(p))));
 }
 
