@@ -95,7 +95,8 @@ class StormerVerletVariation final : public StepVariation {
   void add_gradient(TwoWords& gradient) override {
     std::fill(gradient_.begin(), gradient_.end(), Lanes(0.0));
     Lanes weight(0.0);
-    weight.set(0, a_), weight.set(1, a_);
+    weight.set(0, a_);
+    weight.set(1, a_);
     linear_->add_gradient(weight, gradient_);
     for (size_t a = 0; a < gradient_.size(); ++a) {
       double sum = gradient_[a][0] + gradient_[a][1];
@@ -173,7 +174,7 @@ class StormerVerletVariation final : public StepVariation {
       y_[q] = Lanes(mid_[q]);
       y_[p] = Lanes(mid_[p]);
       if (adjoint_)
-        y_[p].set(1, first_[p]), y_[p].set(2, first_[p]), y_[p].set(3, first_[p]);
+        for (int lane = 1; lane < 4; ++lane) y_[p].set(lane, first_[p]);
       else
         y_[q].set(0, first_[q]);
     }
