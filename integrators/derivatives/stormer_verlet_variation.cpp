@@ -287,7 +287,8 @@ class StormerVerletVariation final : public StepVariation {
   };
   Sweep moves() {
     const double change = std::max(q_.relative(), p_.relative());
-    const Sweep sweep{.finite = q_.move + p_.move<HUGE_VAL, .changed = change> 0, .change = change};
+    const bool finite = q_.move + p_.move < HUGE_VAL;
+    const Sweep sweep{.finite = finite, .changed = change != 0, .change = change};
     q_.move = p_.move = 0;
     return sweep;
   }

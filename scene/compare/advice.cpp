@@ -178,8 +178,8 @@ std::optional<double> Comparison::order_below_declared(const MethodTrials& m) co
   std::optional<double> before, finest;
   for (size_t i = 1; i < m.trials.size(); ++i) {
     const auto order = observed_order(m.trials[i - 1], m.trials[i]);
-    const bool converged =
-        order && *m.trials[i - 1].trajectory_error<coarsest&& * m.trials[i].trajectory_error> floor;
+    const auto &coarse = m.trials[i - 1].trajectory_error, &fine = m.trials[i].trajectory_error;
+    const bool converged = order && *coarse < coarsest && floor < *fine;
     if (converged && before && std::fabs(*order - *before) < agree) finest = order;
     before = converged ? order : std::nullopt;
   }

@@ -215,7 +215,7 @@ TraceLine cut(const TraceLine& l, const TimeSpan& span) {
 
 /// Panels in a span. @throws InvalidArgument if no line has two points there
 std::vector<TracePanel> cut(std::vector<TracePanel> panels, const TimeSpan& span) {
-  if (!(span.from > -HUGE_VAL) && !(span.to < HUGE_VAL)) return panels;
+  if (span.whole()) return panels;
   double first = HUGE_VAL, last = -HUGE_VAL;
   size_t most = 0;
   for (TracePanel& p : panels)
@@ -270,8 +270,8 @@ std::vector<std::string> replot(const fs::path& folder) {
 
 std::vector<std::string> figures(const fs::path& folder, const std::string& what,
                                  const TimeSpan& span) {
-  const bool whole = !(span.from > -HUGE_VAL) && !(span.to < HUGE_VAL);
-  const std::int64_t most = whole ? most_of_motion : std::numeric_limits<std::int64_t>::max();
+  const std::int64_t most =
+      span.whole() ? most_of_motion : std::numeric_limits<std::int64_t>::max();
   const std::string title = without_unit(what);
   require_finished(folder);
   if (title != "energies" && title != "works" && title != "residual") {

@@ -17,6 +17,7 @@ std::vector<std::string> replot(const std::filesystem::path& folder);
 /// A part of a run [s], both ends included.
 struct TimeSpan {
   double from = -HUGE_VAL, to = HUGE_VAL;
+  bool whole() const { return !(from > -HUGE_VAL) && !(to < HUGE_VAL); }
 };
 
 /// A panel of a finished run as figure() draws it: "energies", "works", "residual", a panel of the
