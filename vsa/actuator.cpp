@@ -91,9 +91,8 @@ class ActuatorModel final : public phs::ModelFor<ActuatorModel> {
       axis.kind = drive.kind;
       axis.p = drive.p;
       const std::string name = second ? "sigma" : "theta";
-      const std::string unit = second ? traits.sigma_unit : "rad";
-      const std::string effort = unit == "rad" ? "N m" : unit == "m" ? "N" : "J";
-      const std::string rate = unit == "1" ? "1/s" : unit + "/s";
+      const std::string effort = second ? traits.sigma_effort_unit() : "N m";
+      const std::string rate = second ? traits.sigma_rate_unit() : "rad/s";
       if (has_rotor(drive)) {
         axis.momentum = d.nx++;
         axis.inertia = drive.gear * drive.gear * drive.inertia;
@@ -146,6 +145,17 @@ phs::FunctionPtr behind(phs::FunctionPtr law, double r) {
   });
 }
 
+bool has_brake(const Drive& d) { return has_rotor(d) && d.rate_limit < HUGE_VAL; }
+
+/// Against the rate v: 0 below the limit w, L at 5 % above it.
+template <class T>
+T brake(const T& v, double w, double L) {
+  using phs::max;
+  const double c = L / (0.05 * 0.05 * w * w);
+  const T fast = max(T(v - T(w)), T(0.0)), back = max(T(-v - T(w)), T(0.0));
+  return T(c) * (fast * fast - back * back);
+}
+
 /// The port at which a drive acts; its flow is the gear's output divided by r.
 struct Place {
   std::string port;
@@ -170,16 +180,11 @@ void act(phs::Network& n, const std::string& who, const Place& place, size_t at,
                 u[0] = limited(wish, d.torque_limit);
               }));
   if (d.friction) n.resist(who + ".friction", place.port, behind(d.friction, place.r));
-  if (has_rotor(d) && d.rate_limit < HUGE_VAL) {
-    const auto brake = phs::function([w = d.rate_limit, L = d.torque_limit](auto v) {
-      using T = decltype(v);
-      using phs::max;
-      const double c = L / (0.05 * 0.05 * w * w);
-      const T fast = max(T(v - T(w)), T(0.0)), back = max(T(-v - T(w)), T(0.0));
-      return T(c) * (fast * fast - back * back);
-    });
-    n.resist(who + ".brake", place.port, behind(brake, place.r));
-  }
+  if (has_brake(d))
+    n.resist(who + ".brake", place.port,
+             behind(phs::function(
+                        [w = d.rate_limit, L = d.torque_limit](auto v) { return brake(v, w, L); }),
+                    place.r));
 }
 
 /// Adds everything but the member and its junctions.
@@ -203,6 +208,16 @@ void act(phs::Network& n, const std::string& name, const std::string& joint_port
 }
 
 }  // namespace
+
+double rotor_losses(const Actuator& a, bool second, double rate, double link_rate) {
+  const Drive& d = second ? a.sigma : a.theta;
+  if (!has_rotor(d)) return 0;
+  double torque = -d.gear * d.gear * d.viscous * rate;
+  if (d.friction) torque -= (*d.friction)(rate);
+  if (has_brake(d)) torque -= brake(rate, d.rate_limit, d.torque_limit);
+  if (!second) torque += a.damping * (link_rate - rate);
+  return torque;
+}
 
 std::shared_ptr<const phs::Model> actuator_model(const Actuator& a) {
   if (!a.elastic) refuse_actuator("has no elastic energy, expected a device or a family");

@@ -40,7 +40,12 @@ struct ElasticTraits {
   std::string title;   ///< one line for readers
   /// the meaning of σ: "half the angle between the motors"; empty: the energy does not depend on σ
   std::string sigma;
-  std::string sigma_unit;             ///< "rad", "m", "1"
+  std::string sigma_unit;  ///< "rad", "m", "1"
+  std::string sigma_rate_unit() const { return sigma_unit == "1" ? "1/s" : sigma_unit + "/s"; }
+  /// Of what changes σ, so that rate and effort make W.
+  std::string sigma_effort_unit() const {
+    return sigma_unit == "rad" ? "N m" : sigma_unit == "m" ? "N" : "J";
+  }
   bool translation_invariant = true;  ///< E depends only on q - θ: ∂E/∂q = -∂E/∂θ to the bit
   Limits limits;
   /// The deflections that were measured; outside of them the energy is extrapolated [rad].

@@ -53,10 +53,12 @@ Outputs::Outputs(const Scene& scene, const Assembly& assembly, std::vector<Outpu
   twists_ =
       needs(Q::velocity, Q::angular_velocity, Q::joint_rate, Q::momentum, Q::angular_momentum);
   if (needs(Q::energy, Q::power)) whole_ = model_.instantiate<double>();
-  if (needs(Q::joint_torque, Q::joint_wrench)) {
+  if (needs(Q::joint_torque, Q::joint_wrench, Q::motor_rate, Q::motor_torque)) {
     inner_ = inner_model_.instantiate<double>();
-    mechanism_ = assembly.mechanical->instantiate<double>();
     field_.resize(size_t(inner_model_.description().nx));
+  }
+  if (needs(Q::joint_torque)) {
+    mechanism_ = assembly.mechanical->instantiate<double>();
     bare_field_.resize(size_t(assembly.mechanical->description().nx));
   }
   if (needs(Q::joint_wrench)) {
@@ -105,6 +107,7 @@ void Outputs::evaluate_fields(double t, const phs::State& s, std::span<const dou
     (void)reactions_->at(t, x.first(field_.size()), s.turns);
     reactions_->forces(forces_);
   }
+  if (!mechanism_) return;
   mechanism_->set_turn_angles(angles_);
   mechanism_->field(t, x.first(bare_field_.size()), {}, bare_field_);
 }
@@ -178,7 +181,9 @@ void Outputs::evaluate(Item& item, const phs::State& s, std::span<double> to) {
     case OutputQuantity::stiffness_setting:
     case OutputQuantity::stiffness:
     case OutputQuantity::spring_torque:
-      to[0] = of_spring(item, s);
+    case OutputQuantity::motor_rate:
+    case OutputQuantity::motor_torque:
+      to[0] = of_actuator(item, s);
       return;
     case OutputQuantity::contact_force:
     case OutputQuantity::normal_force:
@@ -195,21 +200,6 @@ void Outputs::evaluate(Item& item, const phs::State& s, std::span<double> to) {
     case OutputQuantity::formula:
       to[0] = (*item.formula)(
           std::span<const double>(values_).first(size_t(to.data() - values_.data())));
-  }
-}
-
-double Outputs::of_spring(const Item& item, const phs::State& s) const {
-  const double q = s.x[size_t(item.at.link)], theta = s.x[size_t(item.at.theta)];
-  const double sigma = item.at.sigma < 0 ? 0 : s.x[size_t(item.at.sigma)];
-  switch (item.output->quantity) {
-    case OutputQuantity::deflection:
-      return q - theta;
-    case OutputQuantity::stiffness_setting:
-      return sigma;
-    case OutputQuantity::stiffness:
-      return item.spring->stiffness(q, theta, sigma);
-    default:
-      return -item.spring->slopes(q, theta, sigma).q;
   }
 }
 

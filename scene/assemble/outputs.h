@@ -60,7 +60,7 @@ class Outputs {
     int row = -1;                            ///< of the storage or power
     size_t contact = 0;                      ///< of ContactModel::contacts()
     size_t told = 0;                         ///< place in the memory of the sampled controllers
-    const vsa::Elastic* spring = nullptr;    ///< of the actuator
+    const vsa::Actuator* actuator = nullptr;
     ActuatorPlace at;
     bool gone = false;
     std::optional<Formula> formula;
@@ -70,7 +70,7 @@ class Outputs {
   void bind(Item& item);
   void bind_joint(Item& item);
   void bind_row(Item& item);
-  void bind_spring(Item& item);
+  void bind_actuator(Item& item);
   void bind_contact(Item& item);
   void bind_told(Item& item);
   Place place(const LinkPoint& point, const std::string& where) const;
@@ -79,7 +79,8 @@ class Outputs {
   void evaluate_fields(double t, const phs::State& s, std::span<const double> held);
   void evaluate(Item& item, const phs::State& s, std::span<double> to);
   double torque(const Item& item, const phs::State& s) const;
-  double of_spring(const Item& item, const phs::State& s) const;
+  double of_actuator(const Item& item, const phs::State& s) const;
+  double of_motor(const Item& item, const vsa::Slopes<double>& slopes) const;
   void of_contact(const Item& item, std::span<double> to) const;
   void motion(const Item& item, std::span<double> to) const;
   void frame(const Item& item, std::span<double> to) const;

@@ -13,15 +13,23 @@ namespace {
 
 bool of_links(OutputQuantity q) { return q <= OutputQuantity::distance; }
 
-[[noreturn]] void refuse_output(const Output& o, const std::string& why) {
-  throw InvalidArgument(fmt::format("{}: output '{}': {}", o.where, o.name, why));
+std::string unit_of(const Output& o, const vsa::ElasticTraits& traits) {
+  const bool of_sigma = o.number == "sigma";
+  switch (o.quantity) {
+    case OutputQuantity::motor_rate:
+      return of_sigma ? traits.sigma_rate_unit() : "rad/s";
+    case OutputQuantity::motor_torque:
+      return of_sigma ? traits.sigma_effort_unit() : "N m";
+    default:
+      return traits.sigma_unit;
+  }
 }
 
 /// The unit of an output; that of a joint depends on the mechanism, that of σ on the actuator.
 std::string unit_of(const Output& o, const Scene& scene, const Assembly& a) {
-  if (o.quantity == OutputQuantity::stiffness_setting)
+  if (o.of_actuator() && o.unit.empty())
     for (const JointActuator& j : scene.actuators)
-      if (j.name == o.of_what) return j.actuator.elastic->traits().sigma_unit;
+      if (j.name == o.of_what) return unit_of(o, j.actuator.elastic->traits());
   if (!o.unit.empty() || !a.mechanism) return o.unit;
   for (const auto& f : freedoms_of(*a.mechanism))
     if (f.name == o.of_what)
@@ -60,7 +68,7 @@ void Outputs::bind(Item& item) {
   }
   if (o.of_joint()) bind_joint(item);
   if (o.quantity == OutputQuantity::energy || o.quantity == OutputQuantity::power) bind_row(item);
-  if (o.of_actuator()) bind_spring(item);
+  if (o.of_actuator()) bind_actuator(item);
   if (o.of_contact()) bind_contact(item);
   if (o.of_controller()) bind_told(item);
   if (o.quantity == OutputQuantity::altitude && !scene_.orbit)
@@ -191,26 +199,6 @@ void Outputs::bind_contact(Item& item) {
         o, fmt::format("there is no soft [[contact]] '{}', expected {}", o.of_what,
                        soft.empty() ? "one" : fmt::format("one of: {}", fmt::join(soft, ", "))));
   if (!contacts_) contacts_.emplace(*model);
-}
-
-void Outputs::bind_spring(Item& item) {
-  const Output& o = *item.output;
-  const auto& all = scene_.actuators;
-  const auto a = std::find_if(all.begin(), all.end(),
-                              [&](const JointActuator& j) { return j.name == o.of_what; });
-  if (a == all.end())
-    refuse_output(
-        o,
-        "there is no [[actuator]] '" + o.of_what + "', expected " +
-            (all.empty() ? "one" : "one of: " + listed(all, [](const auto& j) { return j.name; })));
-  item.spring = a->actuator.elastic.get();
-  const auto& traits = item.spring->traits();
-  if (o.quantity == OutputQuantity::stiffness_setting && traits.sigma.empty())
-    refuse_output(o, fmt::format("the energy of actuator '{}' ('{}') does not depend on sigma, "
-                                 "expected another quantity",
-                                 a->name, traits.family));
-  item.at = place_of(*a, assembly_.model->description());
-  item.gone = item.at.link < 0;
 }
 
 /// What acts on links that the joint carries, or closes loops, would have to be taken off their

@@ -166,8 +166,14 @@ ActuatorPlace place_of(const JointActuator& actuator, const phs::Description& de
   ActuatorPlace place;
   for (const auto& block : description.blocks) {
     if (block.name == actuator.name + ".link") place.link = block.at;
-    if (block.name == actuator.name + ".theta") place.theta = block.at;
-    if (block.name == actuator.name + ".sigma") place.sigma = block.at;
+    if (block.name == actuator.name + ".theta") {
+      place.theta = block.at;
+      place.momentum_of_theta = block.momentum;
+    }
+    if (block.name == actuator.name + ".sigma") {
+      place.sigma = block.at;
+      place.momentum_of_sigma = block.momentum;
+    }
   }
   return place;
 }

@@ -26,9 +26,10 @@ struct JointActuator {
   std::string remark = {};  ///< on its table, for the notes of a run; empty: none
 };
 
-/// Where an actuator's angles and σ stand in a state; -1: nowhere.
+/// Where an actuator's angles and σ, and the momenta of its rotors, stand in a state; -1: nowhere.
 struct ActuatorPlace {
   int link = -1, theta = -1, sigma = -1;
+  int momentum_of_theta = -1, momentum_of_sigma = -1;
 };
 ActuatorPlace place_of(const JointActuator& actuator, const phs::Description& description);
 

@@ -25,6 +25,11 @@ keys::Keys joint_key() { return {keys::text("joint", keys::required, "as porthos
 
 keys::Keys actuator_key() { return {keys::text("actuator", keys::required, "the name of one")}; }
 
+keys::Keys motor_keys() {
+  return keys::joined(actuator_key(), {keys::word("motor", {"theta", "sigma"}, "\"theta\"",
+                                                  "of the equilibrium, or of the stiffness")});
+}
+
 keys::Keys contact_key() {
   return {keys::text("contact", keys::required, "the name of a soft one")};
 }
@@ -143,6 +148,12 @@ std::vector<QuantityInfo> quantities_of_motion() {
       {OutputQuantity::spring_torque, "spring_torque", 1, "N m",
        "What the spring of an actuator exerts on the link, less the derivative of its energy.",
        actuator_key()},
+      {OutputQuantity::motor_rate, "motor_rate", 1, "",
+       "Of a motor of an actuator, at its gear's output.", motor_keys()},
+      {OutputQuantity::motor_torque, "motor_torque", 1, "",
+       "What a motor of an actuator exerts at its gear's output, before friction; a worm gear or "
+       "servo: what it holds.",
+       motor_keys()},
       {OutputQuantity::altitude,
        "altitude",
        1,
@@ -214,6 +225,7 @@ Output read_output(const Table& t, const QuantityInfo& k, const std::vector<std:
   }
   for (const char* key : {"joint", "row", "actuator", "controller", "contact"})
     if (has_key(key) && o.of_what.empty()) o.of_what = t.text(key, "a name");
+  if (has_key("motor")) o.number = t.choice("motor");
   if (has_key("task")) o.number = "error " + t.text("task", "a name");
   if (has_key("contact") && o.of_controller()) o.number = "force " + t.text("contact", "a name");
   if (!of_frame && t.has("link")) o.of_what = o.of.link;
@@ -231,11 +243,15 @@ Output read_output(const Table& t, const QuantityInfo& k, const std::vector<std:
 
 }  // namespace
 
+void refuse_output(const Output& o, const std::string& why) {
+  throw InvalidArgument(fmt::format("{}: output '{}': {}", o.where, o.name, why));
+}
+
 size_t Output::size() const { return info_of(quantity).size; }
 
 bool Output::needs_field() const {
   return quantity == OutputQuantity::joint_torque || quantity == OutputQuantity::joint_wrench ||
-         quantity == OutputQuantity::power || of_controller();
+         quantity == OutputQuantity::power || of_motor() || of_controller();
 }
 
 std::vector<std::string> component_suffixes(size_t n) {

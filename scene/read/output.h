@@ -42,6 +42,8 @@ struct Output {
     stiffness_setting,
     stiffness,
     spring_torque,
+    motor_rate,
+    motor_torque,
     contact_force,
     normal_force,
     overlap,
@@ -55,7 +57,8 @@ struct Output {
   LinkPoint of, seen_from;  ///< of quantities of links
   /// The joint, actuator, contact, row of the ledger, link (empty: all bodies).
   std::string of_what;
-  std::string number;  ///< of a controller: what it tells, as phs::Shown names it
+  /// Of a controller: what it tells, as phs::Shown names it; of a motor: "theta" or "sigma".
+  std::string number;
   std::string formula;
   std::string sequence;  ///< of Euler angles
   std::string unit;      ///< empty: that of the joint or of the stiffness setting
@@ -65,7 +68,10 @@ struct Output {
     return quantity >= Quantity::joint_position && quantity <= Quantity::joint_wrench;
   }
   bool of_actuator() const {
-    return quantity >= Quantity::deflection && quantity <= Quantity::spring_torque;
+    return quantity >= Quantity::deflection && quantity <= Quantity::motor_torque;
+  }
+  bool of_motor() const {
+    return quantity == Quantity::motor_rate || quantity == Quantity::motor_torque;
   }
   bool of_contact() const {
     return quantity >= Quantity::contact_force && quantity <= Quantity::overlap;
@@ -99,6 +105,9 @@ struct Stop {
 };
 /// "altitude below 120000", for reports.
 std::string text(const Stop& s);
+
+/// @throws InvalidArgument with the place and the name of the output
+[[noreturn]] void refuse_output(const Output& o, const std::string& why);
 
 /// The tables [[output]]. @throws InvalidArgument as read_scene()
 std::vector<Output> read_outputs(const Table& scene);

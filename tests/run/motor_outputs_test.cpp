@@ -1,0 +1,97 @@
+// [[output]]s of the motors of actuators, against the scene's numbers and the rows of the ledger.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tests/places.h"
+#include "tests/run/series.h"
+
+namespace porthos::test::motor_outputs_test {
+namespace {
+
+/// The arm of two qbmoves for 2 s; outputs of the shoulder's motors.
+scene::Scene arm(const TemporaryFolder& folder, const std::string& more) {
+  const auto example = fs::path(PORTHOS_SOURCE_DIR) / "examples" / "qbmove_arm";
+  fs::copy_file(example / "arm.urdf", folder / "arm.urdf", fs::copy_options::overwrite_existing);
+  std::string text = read_bytes(example / "scene.toml");
+  const std::string whole = "duration = 20.0";
+  text.replace(text.find(whole), whole.size(), "duration = 2");
+  write_bytes(folder / "scene.toml", text + "\n" + more);
+  return scene::read_scene((folder / "scene.toml").string());
+}
+
+std::string motor(const char* name, const char* quantity, const char* more = "") {
+  return fmt::format(
+      "[[output]]\nquantity = \"{}\"\nname = \"{}\"\nactuator = \"shoulder_vsa\"\n{}", quantity,
+      name, more);
+}
+std::string row(const char* name, const char* quantity, const char* of) {
+  return fmt::format("[[output]]\nquantity = \"{}\"\nname = \"{}\"\nrow = \"shoulder_vsa.{}\"\n",
+                     quantity, name, of);
+}
+
+double largest(const std::vector<double>& x, const std::function<double(size_t)>& exact) {
+  double most = x.empty() ? HUGE_VAL : 0;
+  for (size_t i = 0; i < x.size(); ++i)
+    if (const double off = std::fabs(x[i] - exact(i)); !(off <= most)) most = off;
+  return most;
+}
+
+// The torque is found from p', from which spring and losses of up to 5 N m are taken: roundings of
+// 1e-15 of them. The ledger's powers follow from the same state by other formulas.
+TEST(MotorOutputs, AreThoseOfTheScenesNumbersAndOfTheLedger) {
+  TemporaryFolder folder;
+  const auto sigma = "motor = \"sigma\"\n";
+  const auto scene =
+      arm(folder,
+          motor("torque", "motor_torque") + motor("rate", "motor_rate") +
+              motor("phi", "deflection") + motor("held", "motor_torque", sigma) +
+              motor("winding", "motor_rate", sigma) + row("rotor", "energy", "rotor") +
+              row("given", "power", "theta.controller") + row("wound", "power", "sigma.rate") +
+              "[[output]]\nquantity = \"joint_position\"\nname = \"q\"\njoint = \"shoulder\"\n");
+  const Series s(scene);
+  const auto of = [&](const char* name) { return s(std::string("output/") + name); };
+  const auto t = s("time"), torque = of("torque"), rate = of("rate"), held = of("held"),
+             winding = of("winding"), q = of("q"), phi = of("phi"), rotor = of("rotor");
+  ASSERT_GT(t.size(), 50u);
+  const auto wish = [&](size_t i, double limit) {  // numbers of the scene
+    const double turn = 2 * M_PI;
+    const double command = 0.6 * std::sin(turn * 0.25 * t[i] + 0.34);
+    const double u = 15 * (command - (q[i] - phi[i])) - 0.3 * rate[i];
+    return limit * std::tanh(u / limit);
+  };
+  keeps("torque [N m]", largest(torque, [&](size_t i) { return wish(i, 5.5); }), 1e-12);
+  breaks("control: without its limit", largest(torque, [&](size_t i) { return wish(i, 1e9); }),
+         1e-4);
+  keeps("rate against the rotor's energy [J]",
+        largest(rotor, [&](size_t i) { return 0.0015 * rate[i] * rate[i]; }), 1e-15);
+  keeps("power [W]", largest(of("given"), [&](size_t i) { return torque[i] * rate[i]; }), 1e-12);
+  keeps("rate of sigma [rad/s]",
+        largest(winding, [&](size_t i) { return 0.1 * std::sin(2 * M_PI * 0.1 * t[i]); }), 1e-15);
+  keeps("power of sigma [W]", largest(of("wound"), [&](size_t i) { return held[i] * winding[i]; }),
+        1e-15);
+  const auto columns = scene::output_columns(scene, s.assembly);
+  EXPECT_EQ(columns[0].unit, "N m");
+  EXPECT_EQ(columns[4].unit, "rad/s");
+}
+
+TEST(MotorOutputs, NothingSetsTheStiffnessOfAPlainSpring) {
+  TemporaryFolder folder;
+  auto text = read_bytes(fs::path(PORTHOS_SOURCE_DIR) / "examples/qbmove_arm/scene.toml");
+  const size_t elbow = text.rfind("[[actuator]]");
+  const size_t sigma = text.find("[actuator.sigma]", elbow), end = text.find("[[element]]");
+  text.erase(sigma, end - sigma);
+  const std::string device = "device = \"qbmove_advanced\"";
+  text.replace(text.find(device, elbow), device.size(), "device = \"sea_100\"");
+  fs::copy_file(fs::path(PORTHOS_SOURCE_DIR) / "examples/qbmove_arm/arm.urdf", folder / "arm.urdf");
+  write_bytes(folder / "scene.toml", text +
+                                         "\n[[output]]\nquantity = \"motor_rate\"\nname = \"o\"\n"
+                                         "actuator = \"elbow_vsa\"\nmotor = \"sigma\"\n");
+  EXPECT_TRUE(
+      says(refusal([&] { (void)Series(scene::read_scene((folder / "scene.toml").string())); }),
+           "output 'o': the energy of actuator 'elbow_vsa' ('series_elastic') does not "
+           "depend on sigma, expected another quantity"));
+}
+
+}  // namespace
+}  // namespace porthos::test::motor_outputs_test
