@@ -8,9 +8,9 @@
 #include "apps/command_tools.h"
 #include "apps/output.h"
 #include "apps/progress.h"
+#include "apps/report.h"
 #include "phs/error.h"
 #include "report/film.h"
-#include "report/report.h"
 
 namespace porthos::apps {
 namespace {
@@ -37,9 +37,7 @@ fs::path report_of(const Arguments& a) {
   }
   file /= "report.html";
   if (fs::exists(file) && a.models.empty()) return file;
-  const auto page = report::find_template();
-  if (page.empty()) throw InvalidArgument(report::no_template_text());
-  report::write_report(a.scene, file, page, {a.models.begin(), a.models.end()});
+  write_page(a, file);
   return file;
 }
 

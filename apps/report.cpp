@@ -11,6 +11,14 @@ namespace porthos::apps {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+void tell(const std::string& missing_meshes) {
+  if (!missing_meshes.empty()) fmt::print(stderr, "porthos: playback: {}\n", missing_meshes);
+}
+
+}  // namespace
+
 bool make_report(const Arguments& a, const std::string& out, const std::vector<fs::path>& models) {
   std::error_code ignored;
   if (const fs::path old = fs::path(out) / "report.html"; fs::exists(old, ignored))
@@ -19,7 +27,7 @@ bool make_report(const Arguments& a, const std::string& out, const std::vector<f
   const auto page = report::find_template();
   if (page.empty()) return false;
   try {
-    report::write_report(out, fs::path(out) / "report.html", page, models);
+    tell(report::write_report(out, fs::path(out) / "report.html", page, models));
     return true;
   } catch (const std::exception& e) {
     fmt::print(stderr, "porthos: no report: {}\n", e.what());
@@ -27,14 +35,18 @@ bool make_report(const Arguments& a, const std::string& out, const std::vector<f
   }
 }
 
-int report_command(const Arguments& a) {
+void write_page(const Arguments& a, const fs::path& file) {
   const auto page = report::find_template();
   if (page.empty()) throw InvalidArgument(report::no_template_text());
-  const fs::path file = a.out ? fs::path(*a.out) : fs::path(a.scene) / "report.html";
   for (const auto& folder : a.models)
     if (!fs::is_directory(folder))
       throw InvalidArgument(fmt::format("--models {}: expected a folder", folder));
-  report::write_report(a.scene, file, page, {a.models.begin(), a.models.end()});
+  tell(report::write_report(a.scene, file, page, {a.models.begin(), a.models.end()}));
+}
+
+int report_command(const Arguments& a) {
+  const fs::path file = a.out ? fs::path(*a.out) : fs::path(a.scene) / "report.html";
+  write_page(a, file);
   fmt::print("{}\n", file.string());
   return exit_ok;
 }

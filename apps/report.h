@@ -11,9 +11,14 @@ namespace porthos::apps {
 /// in any case. If the page cannot be made, a message goes to stderr, and the verdict of the run
 /// does not change.
 /// @param models  folders of the model files, for the meshes they name
+/// Missing meshes are told on stderr too.
 /// @return whether it was written; false without a message if there is no template
 bool make_report(const Arguments& arguments, const std::string& out,
                  const std::vector<std::filesystem::path>& models = {});
+
+/// The page of the results in DIR, with --models FOLDER; what it does not show of their meshes goes
+/// to stderr. @throws InvalidArgument as report::write_report(), and without a template
+void write_page(const Arguments& arguments, const std::filesystem::path& file);
 
 /// porthos report DIR [--out FILE] [--models FOLDER]
 int report_command(const Arguments& arguments);

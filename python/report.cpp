@@ -29,11 +29,12 @@ void bind_report(py::module_& m) {
       [](const std::string& folder, const std::string& out, const std::string& page,
          const std::vector<std::filesystem::path>& models) {
         const py::gil_scoped_release released;
-        report::write_report(folder, out, page, models);
+        return report::write_report(folder, out, page, models);
       },
       arg("folder"), arg("out"), arg("page"), arg("models") = std::vector<std::filesystem::path>{},
       "Fills the template `page` with the results in a folder and writes `out`. models: where the "
-      "meshes of the model are.");
+      "meshes of the model are. Returns what the playback does not show of them, empty if it shows "
+      "all.");
   m.def(
       "write_film",
       [](const std::string& page, const std::string& out, std::pair<int, int> size,

@@ -80,6 +80,8 @@ class Gathered {
     return all(run || phases, begun);
   }
 
+  std::string missing_meshes() const { return meshes_.missing(); }
+
  private:
   void miss(const std::string& what) { missing_.push_back(what); }
   /// Runs f; an error it throws is named, and the rest of the report continues.
@@ -324,14 +326,16 @@ class Gathered {
 
 }  // namespace
 
-std::string report_json(const fs::path& folder, const std::vector<fs::path>& models) {
+PageData page_data(const fs::path& folder, const std::vector<fs::path>& models) {
   std::error_code e;
+  const auto text = [](const Json& j) {
+    return j.dump(-1, ' ', false, Json::error_handler_t::replace);
+  };
   const bool run = fs::exists(folder / "summary.json", e) || fs::exists(folder / "run.h5", e);
-  const Json j = run                            ? Gathered(folder, models).json()
-                 : holds_ensemble(folder)       ? ensemble_page(folder)
-                 : holds_identification(folder) ? identification_page(folder)
-                                                : Gathered(folder, models).json();
-  return j.dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (!run && holds_ensemble(folder)) return {text(ensemble_page(folder)), ""};
+  if (!run && holds_identification(folder)) return {text(identification_page(folder)), ""};
+  Gathered gathered(folder, models);
+  return {text(gathered.json()), gathered.missing_meshes()};
 }
 
 }  // namespace porthos::report

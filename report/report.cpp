@@ -48,15 +48,17 @@ std::vector<fs::path> model_folders(const scene::Scene& s) {
   return {fs::path(s.urdf_path).parent_path(), fs::path(s.path).parent_path()};
 }
 
-void write_report(const fs::path& folder, const fs::path& out, const fs::path& page,
-                  const std::vector<fs::path>& models) {
+std::string write_report(const fs::path& folder, const fs::path& out, const fs::path& page,
+                         const std::vector<fs::path>& models) {
   const std::string text = scene::read_file(page);
   const auto mark = text.find(data_mark);
   if (mark == text.npos || text.find(data_mark, mark + 1) != text.npos)
     throw InvalidArgument(
         fmt::format("{} is no template of a report: expected {} once", page.string(), data_mark));
-  scene::write_file(out, text.substr(0, mark) + in_script(report_json(folder, models)) +
-                             text.substr(mark + data_mark.size()));
+  auto data = page_data(folder, models);
+  scene::write_file(
+      out, text.substr(0, mark) + in_script(data.json) + text.substr(mark + data_mark.size()));
+  return std::move(data.missing_meshes);
 }
 
 }  // namespace porthos::report

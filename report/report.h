@@ -16,23 +16,33 @@ std::filesystem::path find_template();
 /// Advice, in one sentence, if there is no template.
 std::string no_template_text();
 
-/// The data of a results folder as the page's JSON: a finished, failed or unfinished run, a run of
+/// The data of a page.
+struct PageData {
+  std::string json;
+  std::string missing_meshes;  ///< what the playback does not show, in one sentence; empty: it does
+};
+/// The data of a results folder: a finished, failed or unfinished run, a run of
 /// several phases, a comparison, an ensemble; what cannot be read is named in it.
 /// @param models  the folders of the model files, where the meshes are that they name; empty:
 ///   bodies are shown by other shapes
 /// @throws InvalidArgument if the folder holds no results at all
-std::string report_json(const std::filesystem::path& folder,
-                        const std::vector<std::filesystem::path>& models = {});
+PageData page_data(const std::filesystem::path& folder,
+                   const std::vector<std::filesystem::path>& models = {});
+inline std::string report_json(const std::filesystem::path& folder,
+                               const std::vector<std::filesystem::path>& models = {}) {
+  return page_data(folder, models).json;
+}
 
 /// The folders in which the meshes of a scene's model are looked for.
 std::vector<std::filesystem::path> model_folders(const scene::Scene& scene);
 
 /// Fills the template and writes `out` (under a temporary name, then renamed).
-/// @param models  as in report_json()
+/// @param models  as in page_data()
+/// @return PageData::missing_meshes
 /// @throws InvalidArgument if a file cannot be read or written, or the template has no place for
 ///   the data
-void write_report(const std::filesystem::path& folder, const std::filesystem::path& out,
-                  const std::filesystem::path& page,
-                  const std::vector<std::filesystem::path>& models = {});
+std::string write_report(const std::filesystem::path& folder, const std::filesystem::path& out,
+                         const std::filesystem::path& page,
+                         const std::vector<std::filesystem::path>& models = {});
 
 }  // namespace porthos::report

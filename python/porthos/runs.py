@@ -237,7 +237,8 @@ def report(folder: PathLike, out: PathLike | None = None, *, models: Sequence[Pa
     if page is None:
         raise InvalidArgument("there is no report_template.html: build Porthos with node and npm, or name one by PORTHOS_REPORT_TEMPLATE")
     out = Path(out) if out is not None else Path(folder) / "report.html"
-    _core.write_report(str(folder), str(out), str(page), list(models))
+    if missing := _core.write_report(str(folder), str(out), str(page), list(models)):
+        warnings.warn(f"playback: {missing}", stacklevel=2)
     return out
 
 

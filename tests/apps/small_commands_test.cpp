@@ -12,6 +12,7 @@
 #include <sstream>
 #include <string>
 
+#include "tests/apps/pendulum.h"
 #include "tests/places.h"
 
 /// porthos new, schema, completion and report, as a user types them.
@@ -391,6 +392,27 @@ TEST_F(SmallCommands, RunWritesItsReportUnlessToldNotTo) {
                            example("ets_vii/scene.toml") + " --duration 5 --out c");
   EXPECT_EQ(bad.code, 0);
   EXPECT_NE(bad.err.find("porthos: no report: cannot read no.html"), std::string::npos) << bad.err;
+}
+
+TEST_F(SmallCommands, MeshesThatAreNotThereAreToldBesideTheRun) {
+  std::string urdf = pendulum;
+  const auto told = [&] {
+    std::ofstream(folder_ / "rod.urdf") << urdf;
+    return shell("PORTHOS_REPORT_TEMPLATE=page.html '" PORTHOS_CLI "' run scene.toml --out a").err;
+  };
+  std::ofstream(folder_ / "page.html") << "@PORTHOS_DATA@";
+  std::ofstream(folder_ / "scene.toml")
+      << "[model]\nurdf = \"rod.urdf\"\nbase = \"fixed\"\n[integrator]\nmethod = \"gauss8\"\n"
+         "step = 0.01\n[run]\nduration = 0.1\n";
+  EXPECT_EQ(told().find("meshes"), std::string::npos);
+  const std::string rod = "<link name=\"rod\">";
+  urdf.insert(urdf.find(rod) + rod.size(),
+              "<visual><geometry><mesh filename=\"lost.stl\"/></geometry></visual>");
+  const std::string all = told();
+  EXPECT_NE(all.find("porthos: playback: 1 of 1 meshes of the model are not shown: 'lost.stl' was "
+                     "not found\n"),
+            std::string::npos)
+      << all;
 }
 
 TEST_F(SmallCommands, PlotDrawsOnePanelForPrint) {
