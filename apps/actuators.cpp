@@ -1,7 +1,9 @@
 #include "apps/actuators.h"
 
 #include <fmt/format.h>
+
 #include <fmt/ranges.h>
+#include <algorithm>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -124,7 +126,9 @@ std::string actuators_markdown() {
       "theta = { drive = \"torque\", command = { sine = { amplitude = 0.5, frequency = 0.4 } }, "
       "inertia = 0.003 }\n"
       "sigma = { drive = \"rate\", command = { constant = 0.05 }, start = 0.1 }\n```\n\n"
-      "All keys: [scene.md](scene.md). Examples: `examples/vsa_cycle`, `examples/qbmove_arm`, "
+      "All keys: [scene.md](scene.md). `porthos actuators SCENE --plots DIR` draws the springs of "
+      "a scene "
+      "as the pictures here. Examples: `examples/vsa_cycle`, `examples/qbmove_arm`, "
       "`examples/throwing_arm`.\n\n"
       "## How it works\n"
       "One elastic energy E(q, θ, σ) per actuator: q the joint, θ the equilibrium a motor sets, σ "
@@ -180,6 +184,17 @@ std::string actuators_markdown() {
         rows("parameter", d.parameters) + rows("limit", d.stops) + rows("datasheet", d.datasheet);
   }
   return text;
+}
+
+void write_spring_plots(const scene::Scene& s, const std::string& folder) {
+  if (s.actuators.empty())
+    throw InvalidArgument(fmt::format("{} has no [[actuator]], expected one", s.path));
+  scene::make_folder(folder);
+  for (const auto& a : s.actuators) {
+    std::string file = a.name;
+    std::replace(file.begin(), file.end(), '/', '_');
+    scene::write_file(folder + "/" + file + ".svg", scene::spring_plot(a));
+  }
 }
 
 void write_actuator_plots(const std::string& folder) {

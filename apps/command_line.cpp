@@ -251,10 +251,14 @@ void add_pages(CLI::App& app, Arguments& a) {
   list->add_flag("--markdown", a.markdown, "as a page of the documentation");
   list->add_flag("--json", a.json, "as one JSON object")->excludes("--markdown");
   auto* actuators =
-      add_command(app, "actuators", "the actuators of the catalogue", "porthos actuators");
+      add_command(app, "actuators", "the actuators of the catalogue, or the springs of a scene",
+                  "porthos actuators scene.toml --plots springs");
   actuators->add_flag("--markdown", a.markdown, "as a page of the documentation");
   actuators->add_flag("--json", a.json, "as one JSON object")->excludes("--markdown");
-  actuators->add_option("--plots", a.plots, "write a plot of each into a folder")->type_name("DIR");
+  auto* plots = actuators->add_option("--plots", a.plots, "write a plot of each into a folder")
+                    ->type_name("DIR");
+  actuators->add_option("SCENE", a.scene, "torque and stiffness of its actuators are drawn")
+      ->needs(plots);
 }
 
 }  // namespace

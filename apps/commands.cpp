@@ -218,10 +218,11 @@ int info_command(const Arguments& a) {
 }
 
 int actuators_command(const Arguments& a) {
-  if (a.plots) {
+  if (!a.scene.empty())
+    write_spring_plots(read(a), *a.plots);
+  else if (a.plots)
     write_actuator_plots(*a.plots);
-    return exit_ok;
-  }
+  if (a.plots) return exit_ok;
   print(a.markdown ? actuators_markdown() : a.json ? actuators_json() : actuators_text());
   return exit_ok;
 }

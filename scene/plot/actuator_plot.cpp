@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "scene/plot/svg.h"
+#include "scene/read/actuator.h"
 #include "vsa/catalogue.h"
 
 namespace porthos::scene {
@@ -59,34 +60,34 @@ void panel_of(Svg& svg, double left, const std::string& title, const std::vector
   svg.text(left + panel / 2, bottom + 38, "middle", 11.5, colour::soft, "deflection [rad]");
 }
 
-}  // namespace
-
-std::string datasheet_plot(const vsa::Device& d) {
-  const auto e = vsa::elastic_of(d);
+/// Of deflections up to that one to both sides; the energy's angle θ counts where it is not
+/// translation invariant.
+std::string curves_of(const std::string& title, const vsa::Elastic& e,
+                      const std::vector<double>& sigmas, double deflection, double theta) {
   std::vector<double> x;
-  for (int i = 0; i < points; ++i) x.push_back(d.deflection * (2.0 * i / (points - 1) - 1));
+  for (int i = 0; i < points; ++i) x.push_back(deflection * (2.0 * i / (points - 1) - 1));
   std::vector<Curve> torque, stiffness;
-  std::vector<double> sigmas(d.sigma.begin(), d.sigma.end());
+  const auto& traits = e.traits();
+  const double limit = traits.limits.deflection;
   for (size_t k = 0; k < sigmas.size(); ++k) {
     Curve t, c;
     t.colour = c.colour = colour::lines[k % std::size(colour::lines)];
     for (const double q : x) {
-      const auto strains = e->strains(q, d.theta, sigmas[k]);
+      const auto strains = e.strains(q, theta, sigmas[k]);
       if (std::any_of(strains.begin(), strains.end(),
-                      [&](double v) { return std::fabs(v) > d.limits.deflection; }))
+                      [&](double v) { return std::fabs(v) > limit; }))
         continue;
       t.x.push_back(q);
-      t.y.push_back(e->slopes(q, d.theta, sigmas[k]).q);
+      t.y.push_back(e.slopes(q, theta, sigmas[k]).q);
       c.x.push_back(q);
-      c.y.push_back(e->stiffness(q, d.theta, sigmas[k]));
+      c.y.push_back(e.stiffness(q, theta, sigmas[k]));
     }
     torque.push_back(t);
     stiffness.push_back(c);
   }
   Svg svg(width, height);
-  svg.text(64, 26, "start", 16, colour::ink, d.title, " font-weight=\"600\"");
+  svg.text(64, 26, "start", 16, colour::ink, title, " font-weight=\"600\"");
   double at = 64;
-  const auto& traits = e->traits();
   for (size_t k = 0; k < sigmas.size() && !traits.sigma.empty(); ++k) {
     const std::string label = fmt::format("σ = {} {}", number_text(sigmas[k]),
                                           traits.sigma_unit == "1" ? "" : traits.sigma_unit);
@@ -95,10 +96,34 @@ std::string datasheet_plot(const vsa::Device& d) {
     at += 44 + text_width(label, 11.5);
   }
   const bool each = traits.family == "cosh";  // the limit is of each spring
-  const double mark = each || !(d.limits.deflection < HUGE_VAL) ? HUGE_VAL : d.limits.deflection;
+  const double mark = each ? HUGE_VAL : limit;
   panel_of(svg, 64, "holding torque [N m]", x, torque, mark);
   panel_of(svg, 64 + panel + 110, "stiffness [N m/rad]", x, stiffness, mark);
   return svg.finish();
+}
+
+}  // namespace
+
+std::string datasheet_plot(const vsa::Device& d) {
+  return curves_of(d.title, *vsa::elastic_of(d), d.sigma, d.deflection, d.theta);
+}
+
+std::string spring_plot(const JointActuator& a) {
+  const auto& traits = a.actuator.elastic->traits();
+  const vsa::Limits& limits = traits.limits;
+  std::vector<double> sigmas{a.sigma};
+  if (const double range = limits.sigma_upper - limits.sigma_lower; range < HUGE_VAL) {
+    sigmas.clear();
+    for (int k = 0; k < 4; ++k) sigmas.push_back(limits.sigma_lower + range * k / 3);
+  }
+  const double measured = std::max(-traits.measured_from, traits.measured_to);
+  double deflection = 1;
+  if (limits.deflection < HUGE_VAL)
+    deflection = 1.05 * limits.deflection;
+  else if (measured < HUGE_VAL)
+    deflection = measured;
+  return curves_of(fmt::format("{} ({})", a.name, traits.family), *a.actuator.elastic, sigmas,
+                   deflection, a.theta.value_or(0));
 }
 
 }  // namespace porthos::scene

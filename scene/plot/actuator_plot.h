@@ -7,9 +7,15 @@ struct Device;
 
 namespace porthos::scene {
 
+struct JointActuator;
+
 /// Torque and stiffness of a device against its deflection for the values of σ in the catalogue, as
 /// a complete SVG document.
 /// @throws InvalidArgument for a device without a model
 std::string datasheet_plot(const vsa::Device& device);
+
+/// The same of an actuator of a scene, up to the limit of its deflection, else as far as it was
+/// measured, else 1 rad, for four values of σ between its limits, else for the one at the start.
+std::string spring_plot(const JointActuator& actuator);
 
 }  // namespace porthos::scene

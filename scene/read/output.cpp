@@ -223,9 +223,9 @@ Output read_output(const Table& t, const QuantityInfo& k, const std::vector<std:
                          "another; rates about its own axes are axes = \"link\"",
                          o.of.link));
   }
+  if (has_key("motor")) o.number = t.choice("motor");
   for (const char* key : {"joint", "row", "actuator", "controller", "contact"})
     if (has_key(key) && o.of_what.empty()) o.of_what = t.text(key, "a name");
-  if (has_key("motor")) o.number = t.choice("motor");
   if (has_key("task")) o.number = "error " + t.text("task", "a name");
   if (has_key("contact") && o.of_controller()) o.number = "force " + t.text("contact", "a name");
   if (!of_frame && t.has("link")) o.of_what = o.of.link;

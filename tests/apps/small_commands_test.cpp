@@ -360,6 +360,23 @@ TEST_F(SmallCommands, MethodsAndActuatorsAsJson) {
   EXPECT_EQ(porthos("methods --json --markdown").out, "");
 }
 
+TEST_F(SmallCommands, ActuatorsDrawsTheSpringsOfAScene) {
+  const Answer drawn =
+      porthos("actuators " + example("qbmove_arm/scene.toml") + " --plots springs");
+  EXPECT_EQ(drawn.code, 0) << drawn.err;
+  for (const char* name : {"springs/shoulder_vsa.svg", "springs/elbow_vsa.svg"}) {
+    const std::string picture = text(name);
+    EXPECT_NE(picture.find("holding torque [N m]"), std::string::npos) << name;
+    EXPECT_NE(picture.find("σ = -0.8 rad"), std::string::npos) << name;  // of the device's limits
+  }
+  EXPECT_EQ(porthos("actuators " + example("qbmove_arm/scene.toml")).code, 2) << "without --plots";
+  const Answer none = porthos("actuators " + example("ets_vii/scene.toml") + " --plots springs");
+  EXPECT_EQ(none.code, 2);
+  EXPECT_NE(none.err.find("ets_vii/scene.toml has no [[actuator]], expected one"),
+            std::string::npos)
+      << none.err;
+}
+
 TEST_F(SmallCommands, ReportWithoutTemplateSaysWhatToDo) {
   std::ofstream(folder_ / "empty.html") << "nothing";
   fs::create_directories(folder_ / "none");
