@@ -1,9 +1,7 @@
 #include "apps/actuators.h"
 
 #include <fmt/format.h>
-
 #include <fmt/ranges.h>
-#include <algorithm>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
