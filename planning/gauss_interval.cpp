@@ -33,8 +33,10 @@ GaussInterval::GaussInterval(const Problem& problem,
   const auto& fastest = problem.limits.rate;
   for (size_t k = 0; k < fastest.size(); ++k)
     if (std::isfinite(fastest[k])) limited_.push_back(long(k));
-  rates_.resize(s_ * long(limited_.size()));
-  rate_rows_.resize(rates_.size(), nx_ + nw_);
+  per_stage_ = long(limited_.size() + problem.limits.path.size());
+  path_.resize(s_ * per_stage_);
+  path_slopes_ = Matrix::Zero(path_.size(), nx_ + nu_);
+  path_rows_.resize(path_.size(), nx_ + nw_);
   const double h = problem.step();
   table.weights(h, hb_);
   for (size_t i = 0; i < t_.size(); ++i) t_[i] = (number + table.c[i]) * h;
@@ -84,8 +86,11 @@ bool GaussInterval::solve(const double* x, const double* w) {
   cost_ = 0;
   for (long i = 0; i < s_; ++i)
     cost_ += hb_[size_t(i)] * point_.value(f_.data() + i * nx_, u_.data() + i * nu_);
-  for (long i = 0, at = 0; i < s_; ++i)
-    for (const long k : limited_) rates_[at++] = f_[size_t(i * nx_ + k)];
+  for (long i = 0, at = 0; i < s_; ++i) {
+    for (const long k : limited_) path_[at++] = f_[size_t(i * nx_ + k)];
+    for (const PathLimit& l : p_.limits.path)
+      path_[at++] = l.number->value(t_[size_t(i)], state_at(i));
+  }
   return end_.allFinite();
 }
 
@@ -152,12 +157,19 @@ void GaussInterval::differentiate() {
                    (sensitivity_.middleRows(j * nx_, nx_).transpose() * lx);
     gradient_.segment(at, nu_) += hb * dl_.col(i).tail(nu_);
   }
-  if (limited_.empty()) return;
+  if (per_stage_ == 0) return;
   Matrix Z;
+  std::vector<double> slope(static_cast<size_t>(nx_));
   for (long i = 0, row = 0; i < s_; ++i) {
     const Eigen::Map<const Matrix> J(J_.data() + i * nx_ * z, nx_, z);
+    for (const long k : limited_) path_slopes_.row(row++) = J.row(k);
+    for (const PathLimit& l : p_.limits.path) {
+      l.number->gradient(t_[size_t(i)], state_at(i), slope);
+      path_slopes_.row(row++).head(nx_) = Eigen::Map<const Vector>(slope.data(), nx_).transpose();
+    }
     spread_moves(i, Z);
-    for (const long k : limited_) rate_rows_.row(row++) = J.row(k) * Z;
+    path_rows_.middleRows(row - per_stage_, per_stage_) =
+        path_slopes_.middleRows(row - per_stage_, per_stage_) * Z;
   }
 }
 
@@ -170,19 +182,17 @@ void GaussInterval::spread_moves(long i, Matrix& Z) const {
   Z.block(nx_, nx_ + (p_.inputs == Inputs::held ? 0 : i * nu_), nu_, nu_).setIdentity();
 }
 
-/// η of Mᵀ η = λ' + Σ μ_ij (h b_i ∂l_i + Σ weights ∂f_k)
+/// η of Mᵀ η = λ' + Σ μ_ij (h b_i ∂l_i + Σ weights ∂c)
 Vector GaussInterval::adjoint_stages(const Vector& lambda, const double* weights) const {
   Vector eta(s_ * nx_);
   for (long j = 0; j < s_; ++j) {
     auto e = eta.segment(j * nx_, nx_);
     e = lambda;
-    const double* w = weights;
     for (long i = 0; i < s_; ++i) {
       const double mu = table_.mu[size_t(i * s_ + j)];
       e += hb_[size_t(i)] * mu * dl_.col(i).head(nx_);
-      const Eigen::Map<const Matrix> F(J_.data() + i * nx_ * (nx_ + nu_), nx_, nx_);
-      for (size_t k = 0; w && k < limited_.size(); ++k)
-        e += (mu * *w++) * F.row(limited_[k]).transpose();
+      for (long k = i * per_stage_; weights && k < (i + 1) * per_stage_; ++k)
+        e += (mu * weights[k]) * path_slopes_.row(k).head(nx_).transpose();
     }
   }
   return lu_.transpose().solve(eta);
@@ -199,11 +209,26 @@ double GaussInterval::by_length(const Vector& lambda, const double* weights) con
   return sum / p_.step();
 }
 
+/// weights ∇²c over h b of the numbers of the state, at each stage.
+void GaussInterval::add_path_curvature(const double* weights, std::vector<Matrix>& own) {
+  Matrix curvature(nx_, nx_);
+  for (long i = 0; i < s_; ++i) {
+    const double* w = weights + i * per_stage_ + long(limited_.size());
+    for (const PathLimit& l : p_.limits.path) {
+      const double weight = *w++ / hb_[size_t(i)];
+      if (weight == 0) continue;
+      l.number->hessian(t_[size_t(i)], state_at(i), {curvature.data(), size_t(curvature.size())});
+      own[size_t(i)].topLeftCorner(nx_, nx_) += weight * curvature;
+    }
+  }
+}
+
 void GaussInterval::hessian(const Vector& lambda, bool exact, Matrix& H, const double* weights) {
   const long z = nx_ + nu_;
   Vector eta = adjoint_stages(lambda, weights);
   for (long i = 0; weights && i < s_; ++i)
-    for (const long k : limited_) eta[i * nx_ + k] += *weights++ / hb_[size_t(i)];
+    for (size_t k = 0; k < limited_.size(); ++k)
+      eta[i * nx_ + limited_[k]] += weights[i * per_stage_ + long(k)] / hb_[size_t(i)];
   if (!exact) eta.setZero();
   std::vector<Matrix> own(size_t(s_), Matrix(z, z));
   for (long i = 0; i < s_; ++i) {
@@ -214,6 +239,7 @@ void GaussInterval::hessian(const Vector& lambda, bool exact, Matrix& H, const d
   if (exact)
     p_.dynamics->hessian(t_, {Y_.data(), size_t(Y_.size())}, u_, {eta.data(), size_t(eta.size())},
                          H_);
+  if (exact && weights) add_path_curvature(weights, own);
   H.setZero(nx_ + nw_, nx_ + nw_);
   Matrix Z;
   for (long i = 0; i < s_; ++i) {

@@ -48,13 +48,13 @@ NewtonIteration::Residuals NewtonIteration::residuals(double barrier) {
   shooting_.slope(at_.lambda, at_.nu, gradient_);
   const Vector pull = at_.upper - at_.lower;
   gradient_ += pull.head(gradient_.size());
-  shooting_.add_rates(of_rates(pull), gradient_);
+  shooting_.add_path(of_path(pull), gradient_);
   const double scale =
       1 + std::max({at_.lambda.lpNorm<Eigen::Infinity>(), at_.lower.lpNorm<Eigen::Infinity>(),
                     at_.upper.lpNorm<Eigen::Infinity>()});
   Residuals r;
   r.defect = std::max(shooting_.largest_defect(),
-                      (rates() - at_.c.tail(shooting_.rates())).lpNorm<Eigen::Infinity>());
+                      (path() - at_.c.tail(shooting_.path())).lpNorm<Eigen::Infinity>());
   r.stationarity = gradient_.lpNorm<Eigen::Infinity>() / scale;
   for (const long i : limited_) {
     const auto off = [&](double z, double distance) {
@@ -81,14 +81,14 @@ bool NewtonIteration::try_sweep() {
 
 /// The quadratic programme at the iterate, with the barrier's part eliminated.
 void NewtonIteration::set_up(bool exact) {
-  const Vector pull = at_.upper - at_.lower, now = rates();
-  shooting_.curve(at_.lambda, at_.nu, exact, of_rates(pull));
+  const Vector pull = at_.upper - at_.lower, now = path();
+  shooting_.curve(at_.lambda, at_.nu, exact, of_path(pull));
   shooting_.renew_slopes();
   const long nx = shooting_.nx(), nw = shooting_.nw(), N = shooting_.N();
   for (const long i : limited_) {
     const auto [sigma, slope] = barrier_of(i);
     if (i >= shooting_.unknowns()) {
-      // its slack s moves by rate - s and with the rate
+      // its slack s moves by number - s and with the number
       const double off = now[i - shooting_.unknowns()] - at_.c[i];
       shooting_.add_to_programme(i - shooting_.unknowns(), sigma, slope + sigma * off);
     } else if (i >= shooting_.at_w(0)) {
@@ -154,8 +154,8 @@ void NewtonIteration::read_move(Move& move) const {
   move.nu = sweep_.nu - at_.nu;
   move.c.resize(at_.c.size());
   move.c.head(move.v.size()) = move.v;
-  shooting_.rates_along(move.v, move.c.data() + move.v.size());
-  move.c.tail(shooting_.rates()) += rates() - at_.c.tail(shooting_.rates());
+  shooting_.path_along(move.v, move.c.data() + move.v.size());
+  move.c.tail(shooting_.path()) += path() - at_.c.tail(shooting_.path());
   move.lower = move.upper = Vector::Zero(move.c.size());
   for (const long i : limited_) {
     const double dc = move.c[i];
@@ -210,7 +210,7 @@ bool NewtonIteration::search(const Move& move) {
              g.tail(nw).dot(move.v.segment(shooting_.at_w(k), nw));
   }
   slope += shooting_.qp.last_g.dot(move.v.segment(shooting_.at_x(shooting_.N()), nx));
-  const Vector now = rates();
+  const Vector now = path();
   for (long i = v0.size(); i < at_.c.size(); ++i) {  // of a slack by its own move
     const auto [sigma, own] = barrier_of(i);
     const double off = now[i - v0.size()] - at_.c[i];

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "planning/detail/newton_iteration.h"
 
@@ -8,8 +9,8 @@ namespace porthos::planning::detail {
 
 void NewtonIteration::set_limits() {
   const long n = shooting_.unknowns(), nx = shooting_.nx(), N = shooting_.N();
-  low_ = Vector::Constant(n + shooting_.rates(), -no_limit);
-  high_ = Vector::Constant(n + shooting_.rates(), no_limit);
+  low_ = Vector::Constant(n + shooting_.path(), -no_limit);
+  high_ = Vector::Constant(n + shooting_.path(), no_limit);
   std::vector<bool> fixed(size_t(nx), false);  // by a goal, at the end
   for (const Goal& g : p_.goals)
     for (const auto& [k, factor] : g.row) fixed[size_t(k)] = true;
@@ -26,13 +27,12 @@ void NewtonIteration::set_limits() {
     set(p_.limits.input_lower, low_, at, false);
     set(p_.limits.input_upper, high_, at, false);
   }
-  std::vector<double> fastest;
+  std::vector<std::pair<double, double>> at_stage;
   for (const double r : p_.limits.rate)
-    if (std::isfinite(r)) fastest.push_back(r);
-  for (long i = n; i < low_.size(); ++i) {
-    high_[i] = fastest[size_t(i - n) % fastest.size()];
-    low_[i] = -high_[i];
-  }
+    if (std::isfinite(r)) at_stage.emplace_back(-r, r);
+  for (const PathLimit& l : p_.limits.path) at_stage.emplace_back(l.lower, l.upper);
+  for (long i = n; i < low_.size(); ++i)
+    std::tie(low_[i], high_[i]) = at_stage[size_t(i - n) % at_stage.size()];
   for (long i = 0; i < low_.size(); ++i)
     if (std::isfinite(low_[i]) || std::isfinite(high_[i])) limited_.push_back(i);
 }
@@ -40,7 +40,7 @@ void NewtonIteration::set_limits() {
 /// The barrier needs room: a hundredth of the width, or of 1 + |limit|.
 void NewtonIteration::move_inside(Vector& v) const {
   for (const long i : limited_) {
-    if (i >= v.size()) break;  // rates follow
+    if (i >= v.size()) break;  // those at stages follow
     const double width = high_[i] - low_[i];
     const auto margin = [&](double limit) {
       return 0.01 * std::min(1 + std::fabs(limit), std::isfinite(width) ? width : HUGE_VAL);
@@ -54,9 +54,15 @@ void NewtonIteration::move_inside(Vector& v) const {
 bool NewtonIteration::begin() {
   if (!shooting_.evaluate(at_.v)) return false;
   const long n = at_.v.size();
-  at_.c = joined(at_.v, rates());
-  for (long i = n; i < at_.c.size(); ++i)  // half of a limit leaves room
-    at_.c[i] = std::clamp(at_.c[i], 0.5 * low_[i], 0.5 * high_[i]);
+  at_.c = joined(at_.v, path());
+  for (long i = n; i < at_.c.size(); ++i) {  // a quarter of the width leaves room
+    const double width = high_[i] - low_[i];
+    const auto margin = [&](double limit) {
+      return std::isfinite(width) ? 0.25 * width : 0.1 * (1 + std::fabs(limit));
+    };
+    if (std::isfinite(low_[i])) at_.c[i] = std::max(at_.c[i], low_[i] + margin(low_[i]));
+    if (std::isfinite(high_[i])) at_.c[i] = std::min(at_.c[i], high_[i] - margin(high_[i]));
+  }
   at_.lower = at_.upper = Vector::Zero(at_.c.size());
   for (const long i : limited_) {
     if (std::isfinite(low_[i])) at_.lower[i] = barrier_ / (at_.c[i] - low_[i]);
@@ -71,20 +77,20 @@ Vector NewtonIteration::joined(const Vector& v, const Vector& slacks) {
   return c;
 }
 
-/// The rates at the stages that the intervals were solved for.
-Vector NewtonIteration::rates() const {
-  Vector r(shooting_.rates());
-  shooting_.copy_rates(r.data());
+/// The numbers with limits at the stages that the intervals were solved for.
+Vector NewtonIteration::path() const {
+  Vector r(shooting_.path());
+  shooting_.copy_path(r.data());
   return r;
 }
 
 Vector NewtonIteration::moved_slacks(const Move& move, double alpha) const {
-  return at_.c.tail(shooting_.rates()) + alpha * move.c.tail(shooting_.rates());
+  return at_.c.tail(shooting_.path()) + alpha * move.c.tail(shooting_.path());
 }
 
 /// How far the equations are violated, those of the slacks in c included.
 double NewtonIteration::infeasibility(const Vector& c) const {
-  return shooting_.infeasibility() + (rates() - c.tail(shooting_.rates())).lpNorm<1>();
+  return shooting_.infeasibility() + (path() - c.tail(shooting_.path())).lpNorm<1>();
 }
 
 /// The second and first derivative by number i that the barrier gives, with its multipliers.

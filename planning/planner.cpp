@@ -56,7 +56,7 @@ void NewtonIteration::finish(Plan& plan) {
   plan.motion.x = list(at_.v.head(shooting_.at_w(0)));
   plan.motion.u = list(at_.v.tail(shooting_.N() * shooting_.nw()));
   const Vector pull = at_.upper - at_.lower;
-  plan.duration_slope = shooting_.by_duration(at_.lambda, of_rates(pull));
+  plan.duration_slope = shooting_.by_duration(at_.lambda, of_path(pull));
   at_.lambda.head(shooting_.nx()) = shooting_.at_start(at_.lambda);
   plan.costates = list(at_.lambda);
   plan.goal_multipliers = list(at_.nu);
@@ -134,8 +134,9 @@ Plan solve(const Problem& problem, const Trajectory& guess, const PlannerOptions
   problem.check();
   const size_t N = size_t(problem.intervals);
   const Limits& l = problem.limits;
-  if (options.any_extremal && !(l.input_lower.empty() && l.input_upper.empty() &&
-                                l.state_lower.empty() && l.state_upper.empty() && l.rate.empty()))
+  if (options.any_extremal &&
+      !(l.input_lower.empty() && l.input_upper.empty() && l.state_lower.empty() &&
+        l.state_upper.empty() && l.rate.empty() && l.path.empty()))
     throw InvalidArgument("any_extremal takes no limits, expected a problem without");
   require_size("states of the guess", guess.x.size(), (N + 1) * problem.start.size());
   require_size("inputs of the guess", guess.u.size(), N * size_t(problem.per_interval()));

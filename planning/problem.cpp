@@ -88,6 +88,11 @@ void Problem::check() const {
   for (const double r : limits.rate)
     if (!(r > 0))
       throw InvalidArgument(fmt::format("a limit of a rate is {}, expected more than 0", r));
+  for (const PathLimit& l : limits.path)
+    if (!l.number || !(l.lower < l.upper))
+      throw InvalidArgument(
+          fmt::format("a limit of a path is from {} to {}, expected a number with lower < upper",
+                      l.lower, l.upper));
   check_bounds("input", limits.input_lower, limits.input_upper);
   check_bounds("state", limits.state_lower, limits.state_upper);
 }

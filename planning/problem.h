@@ -7,6 +7,7 @@
 
 #include "phs/functions/function.h"
 #include "planning/dynamics.h"
+#include "planning/path_number.h"
 
 /// Optimal control by direct transcription on Gauss's methods: the plan is a run of the method.
 namespace porthos::planning {
@@ -45,6 +46,8 @@ struct Limits {
   std::vector<double> state_lower, state_upper;
   /// Of |x'_k|, size nx, more than 0: they hold at the stages of all intervals.
   std::vector<double> rate = {};
+  /// Of numbers of the state, at the same places.
+  std::vector<PathLimit> path = {};
 };
 inline constexpr double no_limit = std::numeric_limits<double>::infinity();
 

@@ -117,23 +117,23 @@ void Shooting::set_equations(const Vector& d, const Vector& c) {
   qp.c = c;
 }
 
-void Shooting::copy_rates(double* to) const {
+void Shooting::copy_path(double* to) const {
   for (const auto& interval : intervals_)
-    to = std::copy(interval.rates().begin(), interval.rates().end(), to);
+    to = std::copy(interval.path().begin(), interval.path().end(), to);
 }
 
-void Shooting::rates_along(const Vector& dv, double* to) const {
+void Shooting::path_along(const Vector& dv, double* to) const {
   for (long k = 0; k < N_; ++k) {
-    const Matrix& rows = intervals_[size_t(k)].rate_rows();
+    const Matrix& rows = intervals_[size_t(k)].path_rows();
     Eigen::Map<Vector>(to + k * rows.rows(), rows.rows()) =
         rows.leftCols(nx_) * dv.segment(at_x(k), nx_) +
         rows.rightCols(nw_) * dv.segment(at_w(k), nw_);
   }
 }
 
-void Shooting::add_rates(const double* weights, Vector& gradient) const {
+void Shooting::add_path(const double* weights, Vector& gradient) const {
   for (long k = 0; k < N_; ++k) {
-    const Matrix& rows = intervals_[size_t(k)].rate_rows();
+    const Matrix& rows = intervals_[size_t(k)].path_rows();
     const Eigen::Map<const Vector> w(weights + k * rows.rows(), rows.rows());
     if (k > 0) gradient.segment(at_x(k), nx_) += rows.leftCols(nx_).transpose() * w;
     gradient.segment(at_w(k), nw_) += rows.rightCols(nw_).transpose() * w;
@@ -141,15 +141,15 @@ void Shooting::add_rates(const double* weights, Vector& gradient) const {
 }
 
 void Shooting::add_to_programme(long i, double sigma, double slope) {
-  const long per = intervals_.front().rates().size();
-  const auto row = intervals_[size_t(i / per)].rate_rows().row(i % per);
+  const long per = intervals_.front().path().size();
+  const auto row = intervals_[size_t(i / per)].path_rows().row(i % per);
   auto& s = qp.stages[size_t(i / per)];
   s.H += sigma * row.transpose() * row;
   s.g += slope * row.transpose();
 }
 
 void Shooting::curve(const Vector& lambda, const Vector& nu, bool exact, const double* weights) {
-  const long per = intervals_.front().rates().size();
+  const long per = intervals_.front().path().size();
   for (long k = 0; k < N_; ++k)
     intervals_[size_t(k)].hessian(lambda.segment((k + 1) * nx_, nx_), exact, qp.stages[size_t(k)].H,
                                   weights ? weights + k * per : nullptr);
@@ -183,7 +183,7 @@ void Shooting::slope(const Vector& lambda, const Vector& nu, Vector& gradient) c
 
 double Shooting::by_duration(const Vector& lambda, const double* weights) const {
   double sum = 0;
-  const long per = intervals_.front().rates().size();
+  const long per = intervals_.front().path().size();
   for (long k = 0; k < N_; ++k)
     sum += intervals_[size_t(k)].by_length(lambda.segment((k + 1) * nx_, nx_), weights + k * per);
   return sum / double(N_);

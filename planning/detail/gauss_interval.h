@@ -30,17 +30,18 @@ class GaussInterval {
 
   /// After solve(): A = ∂x'/∂x, B = ∂x'/∂w and the gradient of the cost along (x, w).
   void differentiate();
-  /// After solve(): x'_k at the stages, of the k with limits (Limits::rate), stage after stage; and
-  /// after differentiate() their derivatives along (x, w), a row each.
-  const Vector& rates() const { return rates_; }
-  const Matrix& rate_rows() const { return rate_rows_; }
+  /// After solve(): the numbers with limits at the stages, stage after stage: the x'_k of
+  /// Limits::rate, then those of Limits::path; and after differentiate() their derivatives along
+  /// (x, w), a row each.
+  const Vector& path() const { return path_; }
+  const Matrix& path_rows() const { return path_rows_; }
   const Matrix& A() const { return A_; }
   const Matrix& B() const { return B_; }
   const Vector& gradient() const { return gradient_; }
 
-  /// After differentiate(): the Hessian along (x, w) of cost + λᵀx' + weightsᵀ rates, or without
+  /// After differentiate(): the Hessian along (x, w) of cost + λᵀx' + weightsᵀ path, or without
   /// the curvature of f.
-  /// @param weights  size of rates(); null: 0
+  /// @param weights  size of path(); null: 0
   void hessian(const Vector& lambda, bool exact, Matrix& H, const double* weights = nullptr);
 
   /// After differentiate(): the derivative of the same by the length h, Σ b_i (η_iᵀ f_i + l_i), if
@@ -53,6 +54,8 @@ class GaussInterval {
   void place(const Vector& L);
   void spread_moves(long i, Matrix& Z) const;
   void factorise();
+  std::span<const double> state_at(long i) const { return {Y_.data() + i * nx_, size_t(nx_)}; }
+  void add_path_curvature(const double* weights, std::vector<Matrix>& own);
   Vector adjoint_stages(const Vector& lambda, const double* weights) const;
 
   const Problem& p_;
@@ -60,11 +63,13 @@ class GaussInterval {
   long s_, nx_, nu_, nw_;
   CostAtPoint point_;
   std::vector<long> limited_;  ///< the k of Limits::rate
+  long per_stage_ = 0;         ///< numbers with limits at a stage
   std::vector<double> hb_, t_, u_, f_, J_, H_;
-  Vector x_, w_, L_, Y_, end_, gradient_, residual_, rates_;
+  Vector x_, w_, L_, Y_, end_, gradient_, residual_, path_;
   Matrix sensitivity_;  ///< ∂L/∂(x, w)
   Eigen::PartialPivLU<Matrix> lu_;
-  Matrix A_, B_, dl_, rate_rows_;
+  Matrix A_, B_, dl_, path_rows_;
+  Matrix path_slopes_;  ///< by (Y_i, u_i)
   double cost_ = 0;
   bool have_factor_ = false, have_sensitivity_ = false;
 };

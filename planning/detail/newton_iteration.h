@@ -14,7 +14,8 @@ class NewtonIteration {
   /// An iterate: unknowns and all multipliers.
   struct Point {
     Vector v, lambda, nu;
-    /// What may have limits: v, and for each rate with one a slack that it shall be equal to.
+    /// What may have limits: v, and for each number with one at a stage a slack that it shall be
+    /// equal to.
     Vector c;
     Vector lower, upper;  ///< multipliers of limits of c, 0 where there is none
   };
@@ -30,11 +31,11 @@ class NewtonIteration {
   void move_inside(Vector& v) const;
   bool begin();
   static Vector joined(const Vector& v, const Vector& slacks);
-  Vector rates() const;
+  Vector path() const;
   double infeasibility(const Vector& c) const;
   std::pair<double, double> barrier_of(long i) const;
   Vector moved_slacks(const Move& move, double alpha) const;
-  const double* of_rates(const Vector& c) const { return c.data() + shooting_.unknowns(); }
+  const double* of_path(const Vector& c) const { return c.data() + shooting_.unknowns(); }
   void estimate_multipliers();
   Residuals residuals(double barrier);
   bool lower_barrier();

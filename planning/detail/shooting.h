@@ -37,25 +37,25 @@ class Shooting {
 
   /// After evaluate(): A, B, the gradients, d, C and c of the programme.
   void differentiate();
-  /// The rates with limits of all intervals (GaussInterval::rates()).
-  long rates() const { return N_ * intervals_.front().rates().size(); }
-  void copy_rates(double* to) const;
+  /// The numbers with limits at the stages of all intervals (GaussInterval::path()).
+  long path() const { return N_ * intervals_.front().path().size(); }
+  void copy_path(double* to) const;
   /// After differentiate(): their derivatives along a move of the unknowns.
-  void rates_along(const Vector& dv, double* to) const;
-  /// gradient += weightsᵀ ∂rates by the unknowns, without x_0.
-  void add_rates(const double* weights, Vector& gradient) const;
-  /// Adds σ rᵀr to the block H and slope r to g of the programme, r the derivative of rate number
-  /// i.
+  void path_along(const Vector& dv, double* to) const;
+  /// gradient += weightsᵀ ∂path by the unknowns, without x_0.
+  void add_path(const double* weights, Vector& gradient) const;
+  /// Adds σ rᵀr to the block H and slope r to g of the programme, r the derivative of number i of
+  /// path().
   void add_to_programme(long i, double sigma, double slope);
 
   /// After differentiate(): the blocks H, at the multipliers λ ((N + 1) nx) and ν, and `weights`
-  /// of rates; null: 0.
+  /// of path(); null: 0.
   void curve(const Vector& lambda, const Vector& nu, bool exact, const double* weights = nullptr);
   /// Sets the programme's g again, to which a barrier may have added.
   void renew_slopes();
   /// After differentiate(): the gradient by v of cost + λᵀ(defects) + νᵀ(goals), without x_0.
   void slope(const Vector& lambda, const Vector& nu, Vector& gradient) const;
-  /// After differentiate(): the derivative of cost + λᵀ(defects) + weightsᵀ rates by the duration.
+  /// After differentiate(): the derivative of cost + λᵀ(defects) + weightsᵀ path by the duration.
   double by_duration(const Vector& lambda, const double* weights) const;
   /// λ_0: the derivative of the cost by the start.
   Vector at_start(const Vector& lambda) const;

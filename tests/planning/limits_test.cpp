@@ -139,6 +139,53 @@ TEST(Limits, OfTheRateOfACart) {
   }
 }
 
+/// A mass in the plane goes round a disc of radius 1/2 m, from (-1, 0) to (1, 0) m in 2 s, at rest at
+/// both ends, at least ∫u². The optimum touches the disc at one instant, above or below: with half
+/// the time h = 1 s, J = 12·2²/2³ + 2·12 (1/2)²/h³ = 12. Control: a straight line costs 6.
+TEST(Limits, OfADistance) {
+  const auto distance = [](double, auto x) {
+    using phs::sqrt;
+    return sqrt(x[0] * x[0] + x[1] * x[1]);
+  };
+  double before = HUGE_VAL;
+  for (const int N : {10, 20, 40}) {
+    Problem p;
+    p.dynamics = function_dynamics(4, 2, [](auto, auto x, auto u, auto dx) {
+      dx[0] = x[2];
+      dx[1] = x[3];
+      dx[2] = u[0];
+      dx[3] = u[1];
+    });
+    p.stages = 2;
+    p.intervals = N;
+    p.duration = 2;
+    p.start = {-1, 0, 0, 0};
+    p.cost.input = {1, 1};
+    for (int k = 0; k < 4; ++k) p.goals.push_back({{{k, 1.0}}, -1, k == 0 ? 1.0 : 0.0});
+    EXPECT_NEAR(solve(p, straight(p, {1, 0, 0, 0})).cost, 6, 0.1);
+    p.limits.path = {{.number = path_number(4, distance), .lower = 0.5}};
+    for (const double side : {1, -1}) {
+      Trajectory guess = straight(p, {1, 0, 0, 0});
+      for (int k = 1; k < N; ++k) guess.x[size_t(4 * k + 1)] = side;
+      const Plan plan = solve(p, guess);
+      double least = HUGE_VAL;
+      for (size_t k = 0; k < plan.motion.x.size(); k += 4)
+        least = std::min(least, std::hypot(plan.motion.x[k], plan.motion.x[k + 1]));
+      const double off = std::fabs(plan.cost / 12 - 1);
+      std::printf(
+          "  N = %d: J off the continuous one by %.1e, distance down to %.6f m, %d iterations, "
+          "residual %.1e\n",
+          N, off, least, plan.iterations, plan.residual);
+      EXPECT_EQ(plan.status, Plan::Status::optimal);
+      EXPECT_GT(side * plan.motion.x[size_t(2 * N + 1)], 0.49) << "on the side of the guess";
+      EXPECT_GT(least, 0.5 - 0.7 / (N * N));  // between the stages: order 2
+      EXPECT_LT(off, side > 0 ? before / 3 : before * 1.01);
+      before = off;
+    }
+  }
+  EXPECT_LT(before, 2e-3);
+}
+
 /// The swing-up with a force limit that its free optimum exceeds, and a short track.
 TEST(Limits, OfACartPole) {
   Problem p = test::cart_pole_swing_up(2, 40);

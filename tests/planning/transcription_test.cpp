@@ -78,13 +78,18 @@ TEST(Transcription, StepIsTheIntegratorsStep) {
   }
 }
 
-/// B, the gradient and the Hessian of cost + λᵀx' + weightsᵀ rates against central differences.
+/// B, the gradient and the Hessian of cost + λᵀx' + weightsᵀ (rates, a number of the state) against central
+/// differences.
 TEST(Transcription, DerivativesOfAnInterval) {
   for (const auto inputs : {Inputs::held, Inputs::at_stages})
     for (const int stages : {2, 3}) {
       Problem p = ets_vii(stages, inputs);
       p.limits.rate.assign(26, no_limit);
       p.limits.rate[7] = p.limits.rate[9] = 1;
+      const auto bent = [](double t, auto x) {
+        return (1 + t) * x[8] * x[8] * x[9] + x[20] * x[7];
+      };
+      p.limits.path = {{.number = path_number(26, bent), .upper = 1}};
       const auto table = integrators::gauss_table<double>(stages);
       detail::GaussInterval interval(p, table, 0);
       const long nw = p.per_interval(), n = 26;
@@ -93,16 +98,16 @@ TEST(Transcription, DerivativesOfAnInterval) {
       z.insert(z.end(), w.begin(), w.end());
       const Vec l = some(26, 2, 1);
       const Vector lambda = Eigen::Map<const Vector>(l.data(), n);
-      const Vec m = some(size_t(2 * stages), 3, 2);
-      const Vector weights = Eigen::Map<const Vector>(m.data(), 2 * stages);
+      const Vec m = some(size_t(3 * stages), 3, 2);
+      const Vector weights = Eigen::Map<const Vector>(m.data(), 3 * stages);
       const auto at = [&](const Vec& y) {
         EXPECT_TRUE(interval.solve(y.data(), y.data() + n));
         interval.differentiate();
-        Vector g = interval.gradient() + interval.rate_rows().transpose() * weights;
+        Vector g = interval.gradient() + interval.path_rows().transpose() * weights;
         g.head(n) += interval.A().transpose() * lambda;
         g.tail(nw) += interval.B().transpose() * lambda;
         return std::pair(
-            interval.cost() + lambda.dot(interval.end()) + weights.dot(interval.rates()), g);
+            interval.cost() + lambda.dot(interval.end()) + weights.dot(interval.path()), g);
       };
       const Vector g = at(z).second;
       Matrix H, gauss_newton;
