@@ -140,7 +140,20 @@ Plan solve(const Problem& problem, const Trajectory& guess, const PlannerOptions
     throw InvalidArgument("any_extremal takes no limits, expected a problem without");
   require_size("states of the guess", guess.x.size(), (N + 1) * problem.start.size());
   require_size("inputs of the guess", guess.u.size(), N * size_t(problem.per_interval()));
-  return detail::NewtonIteration(problem, guess, options).run();
+  Plan plan = detail::NewtonIteration(problem, guess, options).run();
+  const auto ended = [](const Plan& p) {
+    return p.status == Plan::Status::optimal || p.status == Plan::Status::stopped;
+  };
+  if (l.path.empty() || ended(plan)) return plan;
+  // From the optimum without the limits on the way.
+  Problem without = problem;
+  without.limits.path.clear();
+  const Plan first = detail::NewtonIteration(without, guess, options).run();
+  if (first.status != Plan::Status::optimal) return plan;
+  Plan again = detail::NewtonIteration(problem, first.motion, options).run();
+  if (!ended(again)) return plan;
+  again.iterations += plan.iterations + first.iterations;
+  return again;
 }
 
 }  // namespace porthos::planning

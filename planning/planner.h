@@ -55,7 +55,8 @@ const char* to_string(Plan::Status status);
 /// Solves an optimal control problem by Newton's method on its optimality conditions (sequential
 /// quadratic programming over multiple shooting). Each step is one Riccati sweep. Limits are kept
 /// by a primal-dual interior point; a filter decides about steps (Wächter, Biegler 2006, Math.
-/// Program. 106). Without limits the last steps converge quadratically.
+/// Program. 106). Without limits the last steps converge quadratically. Where it makes no progress
+/// it begins again at the optimum without Limits::path.
 /// @param guess  states and inputs to begin with; they need not fit together, but its x_0 is the
 ///   start
 /// @throws InvalidArgument as Problem::check(); for limits with any_extremal; for a guess of the

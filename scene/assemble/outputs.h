@@ -23,6 +23,15 @@ struct OutputColumn {
 /// Of the scene's outputs, in their order.
 std::vector<OutputColumn> output_columns(const Scene& scene, const Assembly& assembly);
 
+/// A point on a link of a mechanism.
+struct PlaceOnLink {
+  int node = -1;  ///< of the moving body; -1: the world
+  mechanics::Pose pose;
+};
+/// @throws InvalidArgument beginning with `where`, for a link that there is not
+PlaceOnLink place_on_link(const mechanics::Mechanism& m, const LinkPoint& point,
+                          const std::string& where);
+
 /// Evaluates the [[output]]s of a scene at states of its assembly. Joints that an event has locked
 /// and what acts at them have no outputs: NaN.
 ///
@@ -47,10 +56,7 @@ class Outputs {
   std::span<const double> at(double t, const phs::State& s, std::span<const double> held);
 
  private:
-  struct Place {  ///< of a point on a link
-    int node = -1;
-    mechanics::Pose pose;
-  };
+  using Place = PlaceOnLink;
   struct Item {
     const Output* output;
     Place of, seen_from;
@@ -73,7 +79,6 @@ class Outputs {
   void bind_actuator(Item& item);
   void bind_contact(Item& item);
   void bind_told(Item& item);
-  Place place(const LinkPoint& point, const std::string& where) const;
   void refuse_wrench(const Output& o) const;
   void hold(std::span<const double> held);
   void evaluate_fields(double t, const phs::State& s, std::span<const double> held);

@@ -48,11 +48,12 @@ std::vector<OutputColumn> output_columns(const Scene& scene, const Assembly& ass
   return all;
 }
 
-Outputs::Place Outputs::place(const LinkPoint& p, const std::string& where) const {
+PlaceOnLink place_on_link(const mechanics::Mechanism& m, const LinkPoint& p,
+                          const std::string& where) {
   const mechanics::Pose point{mechanics::Mat3<double>::identity(), p.at};
   if (p.link == "world") return {-1, point};
   try {
-    const auto& body = assembly_.mechanism->body(p.link);
+    const auto& body = m.body(p.link);
     return {body.node, body.pose * point};
   } catch (const InvalidArgument& e) {
     throw InvalidArgument(where + ": " + e.what());
@@ -63,8 +64,8 @@ void Outputs::bind(Item& item) {
   const Output& o = *item.output;
   if (!assembly_.mechanism) refuse_output(o, "the system has no mechanism, expected a model file");
   if (of_links(o.quantity)) {
-    item.of = place(o.of, o.where);
-    item.seen_from = place(o.seen_from, o.where);
+    item.of = place_on_link(*assembly_.mechanism, o.of, o.where);
+    item.seen_from = place_on_link(*assembly_.mechanism, o.seen_from, o.where);
   }
   if (o.of_joint()) bind_joint(item);
   if (o.quantity == OutputQuantity::energy || o.quantity == OutputQuantity::power) bind_row(item);
@@ -76,7 +77,7 @@ void Outputs::bind(Item& item) {
   const bool momentum =
       o.quantity == OutputQuantity::momentum || o.quantity == OutputQuantity::angular_momentum;
   if (momentum && !o.of_what.empty()) {
-    item.node = place({o.of_what, {}, 0}, o.where).node;
+    item.node = place_on_link(*assembly_.mechanism, {o.of_what, {}, 0}, o.where).node;
     if (item.node < 0) refuse_output(o, "link '" + o.of_what + "' does not move");
   }
 }
@@ -89,7 +90,8 @@ void Outputs::bind_joint(Item& item) {
       if (c.joint == o.of_what) item.node = c.node;
     for (const auto& b : assembly_.parts.bodies())  // the frame of the joint is its child's
       if (b.joint.name == o.of_what && item.node >= 0) {
-        item.of = place({b.joint.turned ? b.parent : b.name, {}, 0}, o.where);
+        item.of = place_on_link(*assembly_.mechanism, {b.joint.turned ? b.parent : b.name, {}, 0},
+                                o.where);
         item.turned = b.joint.turned;
       }
     item.gone = item.node < 0 && assembly_.is_phase;

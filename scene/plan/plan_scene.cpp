@@ -93,6 +93,19 @@ PlannedJoint read_joint(const std::string& name, const std::string& where, const
   return j;
 }
 
+PlannedOutput read_planned_output(const std::string& name, const std::string& where,
+                                  const Table& t) {
+  PlannedOutput o{.name = name, .where = where};
+  if (t.has("lower")) o.lower = t.number("lower");
+  if (t.has("upper")) o.upper = t.number("upper");
+  if (!o.lower && !o.upper)
+    refuse(where,
+           "[plan.outputs] has neither lower nor upper for '" + name + "', expected one or both");
+  if (o.lower && o.upper && !(*o.lower < *o.upper))
+    t.fail("lower", fmt::format("is {} and upper {}, expected lower < upper", *o.lower, *o.upper));
+  return o;
+}
+
 /// An end time that is free. Its plans are compared at several durations, so nothing may depend on
 /// the time itself.
 std::optional<planning::EndTime> read_end_time(const Scene& scene, const Table& t) {
@@ -187,6 +200,9 @@ PlanScene read_plan(const Scene& scene) {
   t.each("joints", [&](const std::string& name, const std::string& where, const Table& own) {
     p.joints.push_back(read_joint(name, where, own));
   });
+  t.each("outputs", [&](const std::string& name, const std::string& where, const Table& own) {
+    p.outputs.push_back(read_planned_output(name, where, own));
+  });
   if (t.has("base")) {
     const Table base = t.table("base");
     if (base.has("attitude_wxyz")) p.attitude = read_attitude(base, "attitude_wxyz");
@@ -263,6 +279,7 @@ PlanProblem plan_problem(const Scene& scene, const Assembly& a, const PlanScene&
     }
   }
   p.dynamics = planning::dynamics_of(a.model, ports);
+  p.limits.path = path_limits(scene, a, plan.outputs, p.start);
   check_rate_limits(p, a, plan);
   made.guess = planning::straight(p, end);
   bool waves = false;

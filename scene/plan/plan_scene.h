@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "planning/end_time.h"
-#include "scene/assemble/assembly.h"
+#include "scene/plan/path_limits.h"
 
 /// The [plan] of a scene: joint torques that bring it to goals at least cost. Keys:
 /// docs/planning.md.
@@ -32,6 +32,7 @@ struct PlanScene {
   std::optional<planning::EndTime> end_time = {};
   std::optional<double> mesh_error = {};  ///< relative
   std::vector<PlannedJoint> joints;
+  std::vector<PlannedOutput> outputs = {};
   std::optional<std::array<double, 4>> attitude = {};  ///< of the base, at the end
   double base_weight = 0;                              ///< of ∫ |ω|²
 };

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/plan/plan.h"
+#include "scene/run/columns.h"
+#include "scene/session/memory_run.h"
 #include "scene/session/run.h"
 #include "tests/places.h"
 #include "tests/support/bounds.h"
@@ -234,6 +236,41 @@ TEST_F(PlanScene, LimitsOfRates) {
   EXPECT_LT(limited.replay, 1e-9);
 }
 
+/// The tip of the pendulum passes a post at a distance, and the replay's outputs say the same.
+/// Control: without the limit it comes nearer.
+TEST_F(PlanScene, LimitsOfDistances) {
+  const std::string gap =
+      "[[output]]\nname = \"gap\"\nquantity = \"distance\"\nlink = \"pole\"\nat = [0, 0, -0.5]\n"
+      "relative_at = [0.3, 0, -0.12]\nrelative_radius = 0.05\n"
+      "[[output]]\nname = \"tip\"\nquantity = \"position\"\nlink = \"pole\"\nat = [0, 0, -0.5]\n";
+  const auto least = [&](const std::string& limits, int component) {
+    const Scene s = changed("[plan]\ninputs = \"polynomial\"\n", gap + "[plan]\n" + limits);
+    const auto out = (folder_ / "out").string();
+    const auto r = scene::plan(s, scene::assemble(s), out);
+    EXPECT_EQ(r.plan.status, Plan::Status::optimal);
+    EXPECT_LT(r.replay, 1e-9);
+    const Scene replay = read_scene(r.replay_path);
+    scene::MemoryOptions o;
+    double worst = HUGE_VAL;
+    const auto a = scene::assemble(replay);
+    const auto columns = scene::columns_of(a.model->description(), scene::RecordLayout(replay, a));
+    const auto at = std::ranges::find_if(columns, [&](const auto& c) {
+      return c.name == (component < 0 ? "output/gap" : "output/tip");
+    });
+    o.record = [&](std::span<const double> row) {
+      worst = std::min(worst, row[at->first + size_t(std::max(component, 0))]);
+    };
+    (void)scene::run_in_memory(replay, a, o);
+    std::printf("  %-40s down to %.5f m, J = %.4f, %d limits reached, %d iterations\n",
+                limits.c_str(), worst, r.plan.cost, r.plan.active_limits, r.plan.iterations);
+    return worst;
+  };
+  EXPECT_LT(least("", -1), 0.09);
+  EXPECT_GT(least("outputs.gap = { lower = 0.15 }\n", -1), 0.15 - 1e-3);
+  EXPECT_LT(least("", 0), -0.085);
+  EXPECT_GT(least("outputs.\"tip.x\" = { lower = -0.06, upper = 2 }\n", 0), -0.06 - 1e-3);
+}
+
 /// Limits of the model file do not act: beyond them is told. Control: wider ones.
 TEST_F(PlanScene, LimitsOfTheModelFileAreTold) {
   const auto notes = [&](const std::string& limit) {
@@ -291,7 +328,10 @@ TEST_F(PlanScene, AReplayThatRunsAwayIsTold) {
 }
 
 TEST_F(PlanScene, Refusals) {
-  const std::string joints = "hinge = { actuated = false, position = 3.141592653589793 }";
+  const std::string joints = "hinge = { actuated = false, position = 3.141592653589793 }",
+                    height =
+                        "[[output]]\nname = \"high\"\nquantity = \"position\"\n"
+                        "link = \"pole\"\nat = [0, 0, -0.5]\n";
   const struct {
     std::string what, to, words;
   } cases[] = {
@@ -304,6 +344,16 @@ TEST_F(PlanScene, Refusals) {
       {joints, "hinge = { actuated = false, weight = 1 }",
        "joints.hinge.weight is given to a joint that is not actuated, expected neither"},
       {joints, "elbow = { position = 1 }", "[plan]: the model has no joint 'elbow'"},
+      {"[plan]\n", "[plan]\noutputs.gap = { lower = 1 }\n",
+       "[plan.outputs] names 'gap', expected a number of an [[output]]: there is none"},
+      {"[plan]\n", height + "[plan]\noutputs.\"high.z\" = { lower = 0.5 }\n",
+       "'high.z' starts at -0.5 m, which is beyond its limits in [plan.outputs]"},
+      {"[plan]\n", height + "[plan]\noutputs.\"high.z\" = {}\n",
+       "[plan.outputs] has neither lower nor upper for 'high.z', expected one or both"},
+      {"[plan]\n",
+       "[[output]]\nname = \"mean\"\nquantity = \"centre_of_mass\"\n[plan]\n"
+       "outputs.\"mean.z\" = { upper = 1 }\n",
+       "expected an output with quantity = \"distance\" or \"position\""},
       {joints, "hinge = { rate = 1, free_rate = true }", "rate is given with free_rate"},
       {joints, "hinge = { position = 2, upper = 1 }", "position is 2, which is beyond its limits"},
       {joints, "hinge = { lower = 1 }", "joint 'hinge' starts at 0, which is beyond its limits"},
