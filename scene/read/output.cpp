@@ -51,6 +51,27 @@ SchemaKey axes_key() {
                     "in which it is stated; \"link\": its own, as a gyro has them");
 }
 
+/// Springs and motors of actuators.
+std::vector<QuantityInfo> quantities_of_actuators() {
+  return {
+      {OutputQuantity::deflection, "deflection", 1, "rad",
+       "Of the spring of an actuator: the joint's angle less the equilibrium, phi = q - theta.",
+       actuator_key()},
+      {OutputQuantity::stiffness_setting, "stiffness_setting", 1, "",
+       "What sets the stiffness of an actuator, sigma.", actuator_key()},
+      {OutputQuantity::stiffness, "stiffness", 1, "N m/rad",
+       "Of the spring of an actuator, the second derivative of its energy by q.", actuator_key()},
+      {OutputQuantity::spring_torque, "spring_torque", 1, "N m",
+       "What the spring of an actuator exerts on the link, less the derivative of its energy.",
+       actuator_key()},
+      {OutputQuantity::motor_rate, "motor_rate", 1, "",
+       "Of a motor of an actuator, at its gear's output.", motor_keys()},
+      {OutputQuantity::motor_torque, "motor_torque", 1, "",
+       "What a motor of an actuator exerts at its gear's output, before friction; a worm gear or "
+       "servo: what it holds.",
+       motor_keys()}};
+}
+
 /// What soft contacts do.
 std::vector<QuantityInfo> quantities_of_contacts() {
   return {{OutputQuantity::contact_force, "contact_force", 3, "N",
@@ -138,22 +159,6 @@ std::vector<QuantityInfo> quantities_of_motion() {
        "W",
        "Of a source or a loss of the ledger.",
        {text("row", required, "its name there")}},
-      {OutputQuantity::deflection, "deflection", 1, "rad",
-       "Of the spring of an actuator: the joint's angle less the equilibrium, phi = q - theta.",
-       actuator_key()},
-      {OutputQuantity::stiffness_setting, "stiffness_setting", 1, "",
-       "What sets the stiffness of an actuator, sigma.", actuator_key()},
-      {OutputQuantity::stiffness, "stiffness", 1, "N m/rad",
-       "Of the spring of an actuator, the second derivative of its energy by q.", actuator_key()},
-      {OutputQuantity::spring_torque, "spring_torque", 1, "N m",
-       "What the spring of an actuator exerts on the link, less the derivative of its energy.",
-       actuator_key()},
-      {OutputQuantity::motor_rate, "motor_rate", 1, "",
-       "Of a motor of an actuator, at its gear's output.", motor_keys()},
-      {OutputQuantity::motor_torque, "motor_torque", 1, "",
-       "What a motor of an actuator exerts at its gear's output, before friction; a worm gear or "
-       "servo: what it holds.",
-       motor_keys()},
       {OutputQuantity::altitude,
        "altitude",
        1,
@@ -172,7 +177,8 @@ std::vector<QuantityInfo> quantities_of_motion() {
 const std::vector<QuantityInfo>& quantities() {
   static const std::vector<QuantityInfo> all = [] {
     auto list = quantities_of_motion();
-    for (const auto& more : {quantities_of_contacts(), quantities_of_controllers()})
+    for (const auto& more :
+         {quantities_of_actuators(), quantities_of_contacts(), quantities_of_controllers()})
       list.insert(list.end() - 1, more.begin(), more.end());
     return list;
   }();

@@ -139,9 +139,9 @@ TEST(Limits, OfTheRateOfACart) {
   }
 }
 
-/// A mass in the plane goes round a disc of radius 1/2 m, from (-1, 0) to (1, 0) m in 2 s, at rest at
-/// both ends, at least ∫u². The optimum touches the disc at one instant, above or below: with half
-/// the time h = 1 s, J = 12·2²/2³ + 2·12 (1/2)²/h³ = 12. Control: a straight line costs 6.
+/// A mass in the plane goes round a disc of radius 1/2 m, from (-1, 0) to (1, 0) m in 2 s, at rest
+/// at both ends, at least ∫u². The optimum touches the disc at one instant, above or below: with
+/// half the time h = 1 s, J = 12·2²/2³ + 2·12 (1/2)²/h³ = 12. Control: a straight line costs 6.
 TEST(Limits, OfADistance) {
   const auto distance = [](double, auto x) {
     using phs::sqrt;

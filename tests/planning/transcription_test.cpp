@@ -78,8 +78,8 @@ TEST(Transcription, StepIsTheIntegratorsStep) {
   }
 }
 
-/// B, the gradient and the Hessian of cost + λᵀx' + weightsᵀ (rates, a number of the state) against central
-/// differences.
+/// B, the gradient and the Hessian of cost + λᵀx' + weightsᵀ (rates, a number of the state) against
+/// central differences.
 TEST(Transcription, DerivativesOfAnInterval) {
   for (const auto inputs : {Inputs::held, Inputs::at_stages})
     for (const int stages : {2, 3}) {
