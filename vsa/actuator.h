@@ -79,8 +79,8 @@ std::shared_ptr<const phs::Model> actuator_model(const Actuator& a);
 std::vector<double> actuator_start(const std::string& who, const Actuator& a, double link,
                                    double theta, double sigma);
 
-/// What friction, brake and the damper beside the spring exert on the rotor of θ or, `second`, of σ,
-/// at the gear's output [N m], at its rate and that of the link [rad/s]; 0 without a rotor.
+/// What friction, brake and the damper beside the spring exert on the rotor of θ or, `second`, of
+/// σ, at the gear's output [N m], at its rate and that of the link [rad/s]; 0 without a rotor.
 double rotor_losses(const Actuator& a, bool second, double rate, double link_rate);
 
 /// Adds an actuator `name` to a network and joins it to an effort_in port of a joint
