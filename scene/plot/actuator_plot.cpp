@@ -112,9 +112,11 @@ std::string spring_plot(const JointActuator& a) {
   const auto& traits = a.actuator.elastic->traits();
   const vsa::Limits& limits = traits.limits;
   std::vector<double> sigmas{a.sigma};
-  if (const double range = limits.sigma_upper - limits.sigma_lower; range < HUGE_VAL) {
+  // ±σ are often the same spring, and at the end of its range a spring may have no room.
+  const double least = limits.sigma_lower == -limits.sigma_upper ? 0 : limits.sigma_lower;
+  if (const double range = limits.sigma_upper - least; range < HUGE_VAL) {
     sigmas.clear();
-    for (int k = 0; k < 4; ++k) sigmas.push_back(limits.sigma_lower + range * k / 3);
+    for (int k = 0; k < 4; ++k) sigmas.push_back(least + range * k / 4);
   }
   const double measured = std::max(-traits.measured_from, traits.measured_to);
   double deflection = 1;
@@ -123,7 +125,7 @@ std::string spring_plot(const JointActuator& a) {
   else if (measured < HUGE_VAL)
     deflection = measured;
   return curves_of(fmt::format("{} ({})", a.name, traits.family), *a.actuator.elastic, sigmas,
-                   deflection, a.theta.value_or(0));
+                   deflection, traits.translation_invariant ? 0 : a.theta.value_or(0));
 }
 
 }  // namespace porthos::scene
