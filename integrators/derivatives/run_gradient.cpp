@@ -17,6 +17,7 @@ struct Descent {
   const Objective& objective;
   std::unique_ptr<StepVariation> adjoint;
   TwoWords lambda, parameters, cost;
+  TwoWords by_size;  ///< Σ h ∂J/∂h of the steps
   double size_at_end = 0;
 
   Descent(const Objective& J, std::unique_ptr<StepVariation> a, size_t n)
@@ -24,7 +25,8 @@ struct Descent {
         adjoint(std::move(a)),
         lambda(n),
         parameters(adjoint->parameters().size()),
-        cost(1) {}
+        cost(1),
+        by_size(1) {}
 };
 
 /// A run backwards, for any number of costs. Stages come from the steps themselves, taken again
@@ -37,6 +39,7 @@ class Backwards {
         pieces_(method, model, h),
         method_(pieces_.method()),
         n_(size_t(model.description().nx)),
+        autonomous_(model.description().traits.autonomous),
         weights_(size_t(pieces_.table().s)),
         x_(n_),
         gradient_(n_) {
@@ -50,6 +53,7 @@ class Backwards {
   std::vector<RunGradient> of(const phs::State& start, std::int64_t steps) {
     Checkpoint here{start, method_.memory()};
     whole_until_ = start.step + steps;
+    const double length = double(steps) * method_.step_size() + options_.last;
     if (options_.last != 0) ++steps;
     plan(steps, here);
     work_ = double(forward_steps(steps, levels_) + steps * std::int64_t(descents_.size()));
@@ -65,6 +69,7 @@ class Backwards {
       r.start = d.lambda.x;
       r.names = d.adjoint->parameters();
       r.parameters = d.parameters.x;
+      r.duration = autonomous_ && steps > 0 ? d.by_size.x[0] / length : NAN;
       const double size = size_of(d.lambda.x);
       r.growth = !d.objective.end ? NAN : size == 0 ? 0 : std::log10(size / d.size_at_end);
       r.steps_taken = method_.cost().steps;
@@ -187,8 +192,9 @@ class Backwards {
     running_.resize(d.objective.running ? s * n_ : 0);
     if (d.objective.running) table.weights(piece.h, weights_);
     for (size_t j = 0; j < s && d.objective.running; ++j) {
-      add_cost(d, d.objective.running, piece.t + piece.h * table.c[j], piece.Y.subspan(j * n_, n_),
-               turns, weights_[j]);
+      const double part = add_cost(d, d.objective.running, piece.t + piece.h * table.c[j],
+                                   piece.Y.subspan(j * n_, n_), turns, weights_[j]);
+      d.by_size.add(0, part);
       std::copy(gradient_.begin(), gradient_.end(), running_.begin() + std::ptrdiff_t(j * n_));
     }
     d.adjoint->at(piece, turns);
@@ -199,6 +205,7 @@ class Backwards {
                                  ? "its iteration does not contract, expected a shorter step"
                                  : "it outgrew every number, expected a shorter run"));
     d.adjoint->add_gradient(d.parameters);
+    d.by_size.add(0, d.adjoint->by_size());
     return true;
   }
   /// λ at the end of the run.
@@ -212,14 +219,16 @@ class Backwards {
       d.size_at_end = size_of(d.lambda.x);
     }
   }
-  /// Adds weight · a part of a cost to it, and leaves its gradient in gradient_.
-  void add_cost(Descent& d, const Objective::Part& part, double t, std::span<const double> x,
-                const std::vector<std::int64_t>& turns, double weight) {
+  /// Adds weight · a part of a cost to it, and leaves its gradient in gradient_. @return what it added
+  double add_cost(Descent& d, const Objective::Part& part, double t, std::span<const double> x,
+                  const std::vector<std::int64_t>& turns, double weight) {
     std::copy(x.begin(), x.end(), x_.begin());
     for (size_t a = 0; a < angle_at_.size(); ++a)
       x_[angle_at_[a]] += double(turns[a]) * phs::two_pi_hi;
     std::fill(gradient_.begin(), gradient_.end(), 0.0);
-    d.cost.add(0, weight * part(t, x_, gradient_));
+    const double added = weight * part(t, x_, gradient_);
+    d.cost.add(0, added);
+    return added;
   }
   bool give_up(Outcome o, const std::string& why) {
     outcome_ = o;
@@ -245,6 +254,7 @@ class Backwards {
   Integrator& method_;
   std::vector<Descent> descents_;
   size_t n_;
+  bool autonomous_;
   std::vector<double> weights_;
   std::vector<size_t> angle_at_;
 

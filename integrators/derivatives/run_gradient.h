@@ -36,6 +36,9 @@ struct RunGradient {
   std::vector<double> start;       ///< ∂J/∂x_0, size nx
   std::vector<std::string> names;  ///< of parameters, as phs::Linearised::parameters()
   std::vector<double> parameters;  ///< ∂J/∂θ with x_0 kept
+  /// ∂J/∂T by the duration, all steps made longer alike, if no part of J depends on t itself; NaN
+  /// for a field that does, and without steps [1/s].
+  double duration = 0;
   /// log10 |∂J/∂x_0| / |∂end/∂x_N|, NaN without an end cost: over many Lyapunov times it is large,
   /// and the gradient, though exact, tells nothing of a finite change.
   double growth = 0;

@@ -35,9 +35,9 @@ class CollocationVariation final : public StepVariation {
         reversed_(side == Side::adjoint),
         step_(reversed_ ? transposed(table) : table, n_),
         solver_(Stagnation::of<double>(), Options{.solver = Solver::fixed_point}, n_),
-        turns_(model.description()),
-        field_(n_) {
+        turns_(model.description()) {
     for (int c = 0; c < chunks; ++c) {
+      field_[c].assign(n_, Lanes(0.0));
       linear_[c] = phs::linearise<Lanes>(model);
       running_[c].assign(n_, Lanes(0.0));
       used_[c] = Lanes(0.0);
@@ -57,7 +57,7 @@ class CollocationVariation final : public StepVariation {
       for (int l = 0; l < V; ++l)
         time.set(l, step.t + h_ * step_.table.c[size_t(stage(c * V + l))]);
       gather(step.Y, c, step_.Y[c]);
-      linear_[c]->at(time, step_.Y[c], field_);
+      linear_[c]->at(time, step_.Y[c], field_[c]);
     }
   }
 
@@ -97,6 +97,16 @@ class CollocationVariation final : public StepVariation {
       for (int l = 0; l < V; ++l) sum += gradient_[a][l];
       gradient.add(a, sum);
     }
+  }
+  double by_size() const override {
+    double sum = 0;
+    for (int c = 0; c < chunks; ++c) {
+      Lanes product(0.0);
+      for (size_t k = 0; k < n_; ++k) product += step_.Y[c][k] * field_[c][k];
+      product = used_[c] * step_.hb[c] * product;
+      for (int l = 0; l < V; ++l) sum += product[l];
+    }
+    return sum;
   }
   const std::vector<std::string>& parameters() const override { return linear_[0]->parameters(); }
   const Cost& cost() const override { return cost_; }
@@ -186,9 +196,9 @@ class CollocationVariation final : public StepVariation {
   StepSolver solver_;
   TurnKeeper<Lanes> turns_;
   std::unique_ptr<phs::Linearised<Lanes>> linear_[chunks];
-  std::vector<Lanes> running_[chunks];
+  std::vector<Lanes> running_[chunks], field_[chunks];
   Lanes used_[chunks];  ///< 1 in lanes with a stage
-  std::vector<Lanes> field_, gradient_;
+  std::vector<Lanes> gradient_;
   bool have_before_ = false, runs_ = false;
   int direct_steps_ = 0;  ///< left before the iteration is tried again
   Cost cost_;

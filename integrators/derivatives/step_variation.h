@@ -52,6 +52,9 @@ class StepVariation {
   virtual void interpolate(const TwoWords& after, double theta, std::span<double> v) const = 0;
   /// After an adjoint step: gradient += Σ h b_i ∂(ℓ_iᵀ f(Y_i))/∂θ. Size of parameters().
   virtual void add_gradient(TwoWords& gradient) = 0;
+  /// After an adjoint step, for a field that does not depend on the time: h ∂J/∂h of that step,
+  /// Σ h b_i ℓ_iᵀ f(Y_i), without the running cost.
+  virtual double by_size() const = 0;
   /// Names of the parameters (phs::Linearised).
   virtual const std::vector<std::string>& parameters() const = 0;
   /// Sweeps of the iteration and steps so far.

@@ -104,6 +104,15 @@ class StormerVerletVariation final : public StepVariation {
       gradient.add(a, sum);
     }
   }
+  /// The multipliers add nothing: those of the adjoint make it stationary by them.
+  double by_size() const override {
+    Lanes sum(0.0);
+    for (size_t k = 0; k < 2 * n_; ++k) sum += y_[k] * f_[k];
+    for (const Rotation& r : rotations_)
+      for (size_t k = 0; k < 4; ++k)
+        sum += Lanes(r.kappa) * r.along * (y_[r.q + k] * xi(r, k) - y_[n_ + r.q + k] * pi(r, k));
+    return a_ * (sum[0] + sum[1]);
+  }
   const std::vector<std::string>& parameters() const override { return linear_->parameters(); }
   const Cost& cost() const override { return cost_; }
 

@@ -34,17 +34,20 @@ Vec direction(size_t n) {
 }
 
 /// quadratic() at the end, and an eighth of it at the end of each step, in 113 bits.
-Quad cost_in_113_bits(const Problem& p, const std::string& method, Quad by, int steps,
-                      double last) {
+/// @param longer  the steps are longer by this part
+Quad cost_in_113_bits(const Problem& p, const std::string& method, Quad by, int steps, double last,
+                      Quad longer = 0) {
   const size_t n = p.start.x.size();
   std::vector<Quad> x(n);
   const Vec d = direction(n);
   for (size_t i = 0; i < n; ++i) x[i] = Quad(p.start.x[i]) + by * Quad(d[i]);
-  const auto integrator = make_basic_integrator<Quad>(method, *p.model, Quad(p.h));
+  const Quad stretch = 1 + longer;
+  const auto integrator = make_basic_integrator<Quad>(method, *p.model, stretch * Quad(p.h));
   phs::BasicState<Quad> state(p.model->description(), x);
   Quad cost = 0;
   for (int i = 0; i < steps + (last != 0); ++i) {
-    const Outcome o = i < steps ? integrator->step(state) : integrator->step_by(state, Quad(last));
+    const Outcome o =
+        i < steps ? integrator->step(state) : integrator->step_by(state, stretch * Quad(last));
     EXPECT_EQ(o, Outcome::ok);
     for (size_t k = 0; k < n; ++k) x[k] = state.x[k] + state.lo[k];
     cost += quadratic<Quad>(x) / 8;
@@ -105,6 +108,47 @@ TEST(StepPieces, HaveTheSlopesOf113Bits) {
     EXPECT_LT(mine, 1e-13);
     EXPECT_GT(apart / size, 1e-6);
   }
+}
+
+/// ∂J/∂T, all steps longer alike. Control: the slope of the exact flow at the end, ∂J/∂x f(x),
+/// which the sampled cost does not know.
+TEST(StepPieces, TheDurationHasTheSlopeOf113Bits) {
+  for (const auto& [p, method, steps, last] :
+       {std::tuple{test::double_pendulum(), "gauss8", 20, 0.3},
+        {test::floating_arm(), "gauss16", 3, 0},
+        {test::floating_arm(), "kahan_li6", 2, 0},
+        {henon_heiles(), "lobatto4", 20, 0},
+        {test::double_pendulum(), "stormer_verlet", 20, 0},
+        {test::floating_arm(), "stormer_verlet", 10, 0},
+        {test::floating_arm(), "yoshida4_sv", 3, 0.4}}) {
+    const auto r = gradient_of_run(method, *p.model, p.start, p.h, steps, end_and_steps(),
+                                   {.last = last * p.h});
+    const Quad by = Quad(1e-10);
+    const double T = (steps + last) * p.h,
+                 expected = double((cost_in_113_bits(p, method, 0, steps, last * p.h, by) -
+                                    cost_in_113_bits(p, method, 0, steps, last * p.h, -by)) /
+                                   (2 * by)) /
+                            T;
+    Vec f(p.start.x.size()), g(f.size());
+    p.model->instantiate<double>()->field(0, r.end.x, {}, f);
+    test::add_quadratic_gradient(r.end.x, 1, g);
+    double moduli = 0, flow = 0;
+    for (size_t k = 0; k < f.size(); ++k) {
+      moduli += std::fabs(g[k] * f[k]);
+      flow += g[k] * f[k];
+    }
+    std::printf(
+        "  %-15s %-14s dJ/dT = %.6g, off by %.1e of the moduli (bound 1e-13); of the flow %.1e\n",
+        p.name.c_str(), method, r.duration, std::fabs(r.duration - expected) / moduli,
+        std::fabs(flow - expected) / moduli);
+    EXPECT_LT(std::fabs(r.duration - expected), 1e-13 * moduli);
+    EXPECT_GT(std::fabs(flow - expected), 1e-6 * moduli);
+  }
+  // ∫ 1 dt
+  const Problem p = test::floating_arm();
+  const Objective time{.end = {}, .sampled = {}, .running = [](double, auto, auto) { return 1.0; }};
+  EXPECT_NEAR(gradient_of_run("gauss8", *p.model, p.start, p.h, 5, time).duration, 1, 1e-15);
+  EXPECT_TRUE(std::isnan(gradient_of_run("gauss8", *p.model, p.start, p.h, 0, time).duration));
 }
 
 /// A run is one that wraps an angle inside a step; a checkpoint is inside it too.

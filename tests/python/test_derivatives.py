@@ -46,6 +46,12 @@ def test_the_gradient_is_that_of_differences():
         difference = (up - down) / (2 * by)
         print(f"  {name}: {mine:.12g}, off the difference by {abs(mine / difference - 1):.1e}, bound 1e-8")
         assert abs(mine - difference) < 1e-8 * max(1, abs(mine))
+    def by_step(step):
+        return ph.gradient(model, model.state([1.25], [0.5]), step, 40, end=end, sampled=sampled)
+
+    longer = (by_step(1 / 16 + by).cost - by_step(1 / 16 - by).cost) / (2 * by * 40)
+    print(f"  duration: {by_step(1 / 16).duration:.12g}, off the difference by {abs(by_step(1 / 16).duration - longer):.1e}, bound 1e-8")
+    assert abs(by_step(1 / 16).duration - longer) < 1e-8 * max(1, abs(longer))
     assert g.steps_taken == 40 and math.isfinite(g.growth)
     assert g.end.step == 40
 
