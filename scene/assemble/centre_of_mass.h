@@ -31,6 +31,7 @@ struct CentreOfMass {
     return start + Real(t) * (start_velocity + Real(t / 2) * gravity);
   }
   Vec velocity(double t) const { return start_velocity + Real(t) * gravity; }
+  bool moves() const { return dot(start_velocity, start_velocity) + dot(gravity, gravity) > 0; }
   double kinetic_J(double t) const {
     return double(Real(mass) / 2 * dot(velocity(t), velocity(t)));
   }

@@ -280,6 +280,10 @@ PlanProblem plan_problem(const Scene& scene, const Assembly& a, const PlanScene&
   }
   p.dynamics = planning::dynamics_of(a.model, ports);
   p.limits.path = path_limits(scene, a, plan.outputs, p.start);
+  if (plan.end_time && !plan.outputs.empty() && a.centre && a.centre->moves())
+    refuse(plan.outputs.front().where,
+           "[plan.outputs] is given with time_weight, and the centre of mass moves, expected it at "
+           "rest or an end time that is stated");
   check_rate_limits(p, a, plan);
   made.guess = planning::straight(p, end);
   bool waves = false;

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "scene/assemble/outputs.h"
 #include "scene/plan/plan.h"
 #include "scene/run/columns.h"
 #include "scene/session/memory_run.h"
@@ -269,6 +270,57 @@ TEST_F(PlanScene, LimitsOfDistances) {
   EXPECT_GT(least("outputs.gap = { lower = 0.15 }\n", -1), 0.15 - 1e-3);
   EXPECT_LT(least("", 0), -0.085);
   EXPECT_GT(least("outputs.\"tip.x\" = { lower = -0.06, upper = 2 }\n", 0), -0.06 - 1e-3);
+}
+
+/// Numbers that are limited on the way are those of the outputs, with the centre of mass of a free
+/// base under way, and their slopes those of differences.
+TEST_F(PlanScene, NumbersOnTheWayAreThoseOfTheOutputs) {
+  fs::copy(examples + "ets_vii/ets_vii.urdf", folder_ / "ets_vii.urdf");
+  std::ofstream(folder_ / "scene.toml")
+      << "[model]\nurdf = \"ets_vii.urdf\"\nbase = \"free\"\nunphysical_inertia = \"accept\"\n"
+         "[initial]\nbase.linear_velocity = [0.1, -0.2, 0.3]\njoints.joint_2.position = 0.7\n"
+         "joints.joint_4.velocity = 0.2\n[integrator]\nmethod = \"gauss8\"\nstep = 0.1\n"
+         "[run]\nduration = 1\n"
+         "[[output]]\nname = \"tip\"\nquantity = \"position\"\nlink = \"link_6\"\nat = [0, 0.1, "
+         "0.2]\n"
+         "[[output]]\nname = \"own\"\nquantity = \"position\"\nlink = \"link_6\"\n"
+         "relative_to = \"link_1\"\n"
+         "[[output]]\nname = \"gap\"\nquantity = \"distance\"\nlink = \"link_5\"\nradius = 0.1\n"
+         "relative_at = [1, 2, 3]\nrelative_radius = 0.2\n";
+  const Scene s = read_scene((folder_ / "scene.toml").string());
+  const auto a = scene::assemble(s);
+  ASSERT_TRUE(a.centre);
+  std::vector<scene::PlannedOutput> planned;
+  for (const char* name : {"tip.x", "tip.z", "own.y", "gap"})
+    planned.push_back({.name = name, .where = "", .upper = 1e3});
+  const auto limits = scene::path_limits(s, a, planned, a.initial.x);
+  phs::State state = a.initial;
+  for (size_t k = 7; k < 13; ++k) state.x[k] += 0.1 * double(k);
+  const double t = 2.5;
+  scene::Outputs outputs(s, a);
+  const auto all = outputs.at(t, state, {});
+  const double expected[] = {all[0], all[2], all[4], all[6]};
+  for (size_t i = 0; i < limits.size(); ++i) {
+    std::vector<double> g(state.x.size()), x = state.x;
+    auto& number = *limits[i].number;
+    const double off = std::fabs(number.gradient(t, x, g) - expected[i]);
+    double slope = 0, largest = 0;
+    for (size_t k = 0; k < x.size(); ++k) {
+      const double at = x[k];
+      x[k] = at + 1e-6;
+      const double up = number.value(t, x);
+      x[k] = at - 1e-6;
+      slope = std::max(slope, std::fabs((up - number.value(t, x)) / 2e-6 - g[k]));
+      largest = std::max(largest, std::fabs(g[k]));
+      x[k] = at;
+    }
+    std::printf("  %-6s off by %.1e m (bound 1e-14), slopes up to %.2f off by %.1e (1e-8)\n",
+                planned[i].name.c_str(), off, largest, slope);
+    EXPECT_LT(off, 1e-14);
+    EXPECT_LT(slope, 1e-8);
+    EXPECT_GT(largest, 0.1);
+    EXPECT_GT(std::fabs(number.value(0, x) - expected[i]), i == 2 ? -1 : 0.1) << "the centre moves";
+  }
 }
 
 /// Limits of the model file do not act: beyond them is told. Control: wider ones.
