@@ -219,7 +219,8 @@ class Backwards {
       d.size_at_end = size_of(d.lambda.x);
     }
   }
-  /// Adds weight · a part of a cost to it, and leaves its gradient in gradient_. @return what it added
+  /// Adds weight · a part of a cost to it, and leaves its gradient in gradient_.
+  /// @return what it added
   double add_cost(Descent& d, const Objective::Part& part, double t, std::span<const double> x,
                   const std::vector<std::int64_t>& turns, double weight) {
     std::copy(x.begin(), x.end(), x_.begin());

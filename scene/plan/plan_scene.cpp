@@ -155,8 +155,13 @@ int attitude_at(const Assembly& a) {
   return -1;
 }
 
-/// A rate beyond its limit at the start, or a way that is too long for it, cannot be planned away.
-void check_rate_limits(const planning::Problem& p, const Assembly& a, const PlanScene& plan) {
+/// A rate beyond its limit at the start, or a way that is too long for it, cannot be planned away;
+/// and a free end time takes numbers of the state alone.
+void check_path(const planning::Problem& p, const Assembly& a, const PlanScene& plan) {
+  if (plan.end_time && !plan.outputs.empty() && a.centre && a.centre->moves())
+    refuse(plan.outputs.front().where,
+           "[plan.outputs] is given with time_weight, and the centre of mass moves, expected it at "
+           "rest or an end time that is stated");
   const double t = 0;
   std::vector<double> f(p.start.size());
   const std::vector<double> none(size_t(p.dynamics->nu()), 0.0);
@@ -280,11 +285,7 @@ PlanProblem plan_problem(const Scene& scene, const Assembly& a, const PlanScene&
   }
   p.dynamics = planning::dynamics_of(a.model, ports);
   p.limits.path = path_limits(scene, a, plan.outputs, p.start);
-  if (plan.end_time && !plan.outputs.empty() && a.centre && a.centre->moves())
-    refuse(plan.outputs.front().where,
-           "[plan.outputs] is given with time_weight, and the centre of mass moves, expected it at "
-           "rest or an end time that is stated");
-  check_rate_limits(p, a, plan);
+  check_path(p, a, plan);
   made.guess = planning::straight(p, end);
   bool waves = false;
   const size_t rows = made.guess.u.size() / nu;
