@@ -76,8 +76,8 @@ int main(int argc, char** argv) {
   app.footer(
       "Example:\n  porthos run examples/ets_vii/scene.toml\n\n"
       "Exit codes: 0 done or passed, 1 verdict failed, 2 bad input, 3 numerical failure, 4 not "
-      "judged (no check tells of the motion), 5 the machine refused (full disk, no memory), 130 "
-      "interrupted.\n");
+      "judged (no check tells of the motion, or the data do not decide one), 5 the machine refused "
+      "(full disk, no memory), 130 interrupted.\n");
   app.require_subcommand(1);
   add_commands(app, arguments);
   if (argc == 1) {

@@ -59,11 +59,15 @@ Json verification(const Json& s) {
   }
   std::string text = fmt::format("{} of {} checks passed, integrated by {}. ", passed,
                                  s.at("checks").size(), claims(s.at("method")));
+  bool undecided = false;
   if (s.contains("not_applicable"))
-    for (const auto& n : s.at("not_applicable"))
+    for (const auto& n : s.at("not_applicable")) {
+      undecided |= n.value("undecided", false);
       text += fmt::format("Not applicable: {}, {}. ", n.value("name", ""), n.value("why", ""));
+    }
   if (s.at("verdict") == "not judged")
-    text += "No check tells of the motion: the run is not judged. ";
+    text += undecided ? "The run is not judged. "
+                      : "No check tells of the motion: the run is not judged. ";
   text += axioms > 0 ? fmt::format("{} axioms of the system were tested at random states{}.",
                                    axioms, symmetry ? ", and the way forth and back" : "")
                      : "The axioms of the system and its symmetry in time were not tested here: "

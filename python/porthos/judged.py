@@ -28,7 +28,7 @@ class Judged(Mapping):
 
     @property
     def verdict(self) -> str:
-        """"pass", "fail" or "not judged" (no check tells of the motion): docs/results.md."""
+        """"pass", "fail" or "not judged" (no check tells of the motion, or the data do not decide one): docs/results.md."""
         return self.summary["verdict"]
 
     @property

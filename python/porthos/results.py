@@ -45,7 +45,7 @@ class Result(Judged):
         return self.summary["checks"]
 
     @property
-    def not_applicable(self) -> list[dict[str, str]]:
+    def not_applicable(self) -> list[dict[str, Any]]:
         """name, why: the checks that have none."""
         return self.summary["not_applicable"]
 

@@ -125,11 +125,13 @@ double error_if(const Trajectory& trajectory, Between now, Between other, const 
   return most;
 }
 
-/// The checks of the energy that fail are told to be not applicable.
+/// The checks of the energy that fail are told to be undecided.
 void set_aside(RunReport& r, const std::string& why) {
   std::erase_if(r.checks, [&](const Check& c) {
     const bool set = !c.pass && (c.name == "energy" || c.name == "balance");
-    if (set) r.not_applicable.push_back({c.name, why});
+    if (set)
+      r.not_applicable.push_back(
+          {c.name, fmt::format("{:.2g} exceeds {:.2g}, but {}", c.value, c.limit, why), true});
     return set;
   });
 }

@@ -25,6 +25,8 @@ struct Check {
 /// A check without meaning for this run, and the reason.
 struct NotApplicable {
   std::string name, why;
+  /// The limit is exceeded, by no more than the data leave unknown: neither a pass nor a failure.
+  bool undecided = false;
 };
 
 /// The verdict on the checks of a run, see docs/results.md.
@@ -110,7 +112,7 @@ struct RunReport {
   std::vector<double>
       held;  ///< memory of the sampled controllers there, in the order of Model::holds()
   /// fail: the run did not reach its end, or a check does not hold. not_judged: none of the checks
-  /// could have detected a wrong motion.
+  /// could have detected a wrong motion, or a limit that is exceeded is undecided.
   Verdict verdict() const;
   bool passed() const { return verdict() == Verdict::pass; }
 };

@@ -200,8 +200,10 @@ Json checks(const RunReport& r) {
 
 Json not_applicable(const RunReport& r) {
   Json list = Json::array();
-  for (const NotApplicable& n : r.not_applicable)
+  for (const NotApplicable& n : r.not_applicable) {
     list.push_back({{"name", n.name}, {"why", n.why}});
+    if (n.undecided) list.back()["undecided"] = true;
+  }
   return list;
 }
 

@@ -252,7 +252,9 @@ Verdict RunReport::verdict() const {
   if (outcome != Outcome::ok || interrupted ||
       !std::all_of(checks.begin(), checks.end(), [](const Check& c) { return c.pass; }))
     return Verdict::fail;
-  return std::any_of(checks.begin(), checks.end(), [](const Check& c) { return c.telling; })
+  const bool tells =
+      std::any_of(checks.begin(), checks.end(), [](const Check& c) { return c.telling; });
+  return tells && !std::ranges::any_of(not_applicable, &NotApplicable::undecided)
              ? Verdict::pass
              : Verdict::not_judged;
 }

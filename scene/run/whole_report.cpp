@@ -155,7 +155,7 @@ void WholeReport::cannot(const NotApplicable& n) {
   if (known == r_.not_applicable.end())
     r_.not_applicable.push_back(n);
   else
-    known->why = n.why;
+    *known = n;
 }
 
 void WholeReport::worst(const Check& c) {

@@ -92,7 +92,7 @@ RunReport report_of(const Json& j, const phs::State& end) {
     r.checks.push_back({c.at("name"), number(c.at("value")), number(c.at("limit")), c.at("pass"),
                         c.at("telling")});
   for (const auto& n : j.at("not_applicable"))
-    r.not_applicable.push_back({n.at("name"), n.at("why")});
+    r.not_applicable.push_back({n.at("name"), n.at("why"), n.value("undecided", false)});
   for (const auto& n : j.at("notes")) r.notes.push_back(n);
   if (j.contains("momentum"))
     for (const auto& [name, m] : j.at("momentum").items())

@@ -140,5 +140,33 @@ TEST_F(JudgeWorks, AStartThatRowsDoNotResolveIsNoError) {
   EXPECT_EQ(braked("smooth", 10, 0.1).verdict(), scene::Verdict::fail);
 }
 
+/// A damped arm that floats keeps its momenta, which pass; what rows leave of the damper's work
+/// exceeds the limit of the energy and is undecided. Controls: close rows, no damper, a failure.
+TEST(JudgeWorksOfAFreeBase, AnExceededLimitThatRowsDoNotDecideIsNotJudged) {
+  TemporaryFolder folder;
+  const auto judged = [&](double every, double damping, const std::string& limits = "") {
+    Case c = floating_arm(folder, 3);
+    c = make_case(folder, c.scene, arm_urdf(fmt::format("<dynamics damping='{}'/>", damping)));
+    c.scene.step = c.scene.record_every = every;
+    fs::remove_all(folder / "out");
+    (void)scene::run(c.scene, c.assembly, into(folder / "out"));
+    write_bytes(folder / "map.toml",
+                "[model]\nbase = \"free\"\n[verify]\nenergy = 1e-5\n" + limits);
+    return scene::judge_file({(folder / "out" / "run.h5").string(),
+                              (folder / "model.urdf").string(), (folder / "map.toml").string(),
+                              (folder / "judged").string()});
+  };
+  const auto few = judged(0.06, 0.5);
+  const auto energy = std::ranges::find(few.not_applicable, "energy", &scene::NotApplicable::name);
+  ASSERT_NE(energy, few.not_applicable.end());
+  EXPECT_TRUE(energy->undecided && says(energy->why, "exceeds 1e-05, but the rows tell the works"));
+  EXPECT_TRUE(std::ranges::all_of(few.checks, &scene::Check::pass));
+  EXPECT_EQ(few.verdict(), scene::Verdict::not_judged);
+  EXPECT_TRUE(says(read_bytes(folder / "judged" / "summary.json"), "\"undecided\": true"));
+  EXPECT_EQ(judged(0.002, 0.5).verdict(), scene::Verdict::pass);
+  EXPECT_EQ(judged(0.06, 0).verdict(), scene::Verdict::pass);
+  EXPECT_EQ(judged(0.06, 0.5, "angular_momentum = 1e-30\n").verdict(), scene::Verdict::fail);
+}
+
 }  // namespace
 }  // namespace porthos::test::judge_works_test
