@@ -148,41 +148,47 @@ std::vector<Trajectory::Agreement> Trajectory::agreements(const Rows& rows) cons
   return all;
 }
 
-void check_rates(RunReport& r, const Trajectory& trajectory, const Rows& rows) {
+RatesAgreement Trajectory::agreement(const Rows& rows) const {
   constexpr double least = 0.01;  // rows of few digits, steps of a library's own interpolation
   constexpr double most = 0.3;
-  Check worst{"rates", 0, least, true, false};
-  std::string name;
-  std::optional<Trajectory::Agreement> coarse;
-  double hidden = 0;
-  for (const auto& a : trajectory.agreements(rows)) {
+  RatesAgreement worst;
+  worst.limit = least;
+  for (const auto& a : agreements(rows)) {
     const double size = std::max(a.way, a.off);
     if (size == 0) continue;
-    hidden = std::max(hidden, a.hidden);
+    worst.hidden = std::max(worst.hidden, a.hidden);
     const double value = a.off / size, limit = least + 5 * a.uncertain / size;
     if (limit > most || (value > limit && a.changes > a.rates)) {
-      coarse = a;
+      worst.coarse = a;
       continue;
     }
     if (value / limit < worst.value / worst.limit) continue;
-    worst = {"rates", value, limit, value <= limit, false};
-    name = a.name;
+    worst.value = value;
+    worst.limit = limit;
+    worst.name = a.name;
   }
-  if (name.empty()) r.not_applicable.push_back({"rates", why_no_rates(rows, coarse)});
+  return worst;
+}
+
+void check_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows) {
+  if (rates.name.empty()) r.not_applicable.push_back({"rates", why_no_rates(rows, rates.coarse)});
   judge_no_few_rows(r, rows);
-  if (hidden > 0)
+  if (!rates.name.empty())
+    r.checks.push_back({"rates", rates.value, rates.limit, rates.holds(), false});
+}
+
+void note_rates(RunReport& r, const RatesAgreement& rates, bool explained) {
+  if (rates.hidden > 0 && !explained)
     r.notes.push_back(fmt::format(
         "rates tell of up to {:.2g} turns between two rows, which angles do not show: if nothing "
         "turns that fast, are times in another unit, as milliseconds? expected seconds",
-        hidden));
-  if (name.empty()) return;
-  r.checks.push_back(worst);
-  if (!worst.pass)
+        rates.hidden));
+  if (!rates.name.empty() && !rates.holds())
     r.notes.push_back(fmt::format(
         "'{}' does not move as its rates say: {:.2g} of its way is left, expected at most {:.2g}: "
         "another unit, rates along other axes (linear_velocity_axes and angular_velocity_axes of "
         "the map), columns in another order, or a swing that fits between two rows",
-        name, worst.value, worst.limit));
+        rates.name, rates.value, rates.limit));
 }
 
 }  // namespace porthos::scene

@@ -8,63 +8,165 @@
 #include <tuple>
 
 #include "phs/system/energy_scale.h"
+#include "scene/judge/detail/centre_course.h"
 #include "scene/run/ledger.h"
 
 namespace porthos::scene {
 namespace {
 
-/// The largest error of the energy, relative.
-double error_of(Trajectory one, const Rows& rows, const phs::Description& d, Meter& meter,
-                bool centre_out) {
-  Ledger ledger(d);
-  phs::EnergyScale scale(d);
-  Numbers works(d.powers.size());
+using phs::BlockKind;
+
+/// How far a trajectory is off; not a number: unknown.
+struct Fit {
+  double energy = NAN, centre = NAN;  ///< relative
+  double rates = NAN;                 ///< of what may be left of the way
+};
+
+/// What is more than this is off.
+constexpr Fit far_off{1e-3, 1e-3, 1};
+
+Fit fit_of(Trajectory one, const Measuring& by) {
+  const Rows& rows = by.rows;
+  Fit fit;
+  if (const RatesAgreement a = one.agreement(rows); !a.name.empty()) fit.rates = a.value / a.limit;
+  const bool all_works = by.d.powers.size() == one.torques().size();
+  Ledger ledger(by.d);
+  phs::EnergyScale scale(by.d);
+  CentreCourse course;
+  Numbers works(by.d.powers.size());
   double first = 0, most = 0;
   for (size_t i = 0; i < rows.t.size(); ++i) {
-    const auto s = one.row(d, i, i > 0 ? rows.interval(i) : 0, centre_out).inner;
-    if (i > 0) {
+    const auto row = one.row(by.d, i, i > 0 ? rows.interval(i) : 0, by.centre_out);
+    if (i > 0 && all_works) {
       one.works(rows.t, i, works);
       ledger.book(works);
     }
-    const Measured& m = meter.measure(rows.t[i], s);
-    if (!m.finite()) return INFINITY;
+    const Measured& m = by.meter.measure(rows.t[i], row.inner);
+    if (!m.finite()) return {INFINITY, INFINITY, INFINITY};
     scale.see(m.stored_J);
     const double error = ledger.look(m);
     if (i == 0) first = error;
     most = std::max(most, std::fabs(error - first));
+    if (by.centre_out)
+      course.add(rows.t[i] - rows.t[0], row.centre, m.scale.linear, by.gravity, by.mass);
   }
-  return scale.value() > 0 ? most / scale.value() : INFINITY;
+  if (all_works) fit.energy = scale.value() > 0 ? most / scale.value() : INFINITY;
+  if (by.centre_out) fit.centre = course.error();
+  return fit;
 }
+
+/// Asks what a trajectory would be otherwise, and keeps the question that explains it best.
+class Asking {
+ public:
+  Asking(const Trajectory& trajectory, const Measuring& by)
+      : trajectory_(trajectory), by_(by), is_(fit_of(trajectory.in_units({}), by)) {}
+
+  bool is_far_off() const {
+    return is_.energy > far_off.energy || is_.centre > far_off.centre || is_.rates > far_off.rates;
+  }
+  void ask(const Trajectory& other, const std::string& question) {
+    weigh(fit_of(other, by_), question);
+  }
+  void weigh(const Fit& fit, const std::string& question) {
+    if (!(explains(is_.energy, fit.energy, far_off.energy) &&
+          explains(is_.centre, fit.centre, far_off.centre) &&
+          explains(is_.rates, fit.rates, far_off.rates)))
+      return;
+    const double left = size(fit.energy) * size(fit.centre);
+    if (!(left < 0.5 * least_)) return;  // the first one of equals
+    least_ = left;
+    best_ = fit;
+    question_ = question;
+  }
+  void about_degrees() {
+    constexpr double to = M_PI / 180;
+    const bool joints = trajectory_.has(BlockKind::angle),
+               attitudes = trajectory_.has(BlockKind::rotation);
+    const auto ask_for = [&](const char* what, const Trajectory::Units& units) {
+      ask(trajectory_.in_units(units), fmt::format("are {} in degrees? expected radians.", what));
+    };
+    if (joints) {
+      ask_for("angles and rates", {to, to, to});
+      ask_for(attitudes ? "the joints' angles" : "angles", {.angles = to});
+      ask_for(attitudes ? "all angular rates" : "rates", {1, to, to});
+    }
+    if (joints && attitudes) {
+      ask_for("the joints' angles and rates", {to, to});
+      ask_for("the joints' rates", {.angle_rates = to});
+    }
+    if (attitudes) ask_for("the rates of the attitude", {.attitude_rates = to});
+  }
+  /// Before lengths: in kilometres, these fit times in milliseconds too.
+  void about_times() {
+    Numbers t = by_.rows.t;
+    for (double& x : t) x *= 1e-3;
+    const Rows seconds(t);
+    weigh(fit_of(trajectory_.in_units({}),
+                 {seconds, by_.d, by_.meter, by_.centre_out, by_.gravity, by_.mass}),
+          "are times in milliseconds? expected seconds.");
+  }
+  void about_lengths() {
+    if (!trajectory_.has(BlockKind::linear)) return;
+    for (const auto& [unit, to] : {std::pair{"milli", 1e-3}, {"kilo", 1e3}})
+      for (const auto& [what, of_lengths, of_velocities] :
+           {std::tuple{"lengths and velocities", to, to},
+            {"lengths", to, 1.0},
+            {"velocities", 1.0, to}})
+        ask(trajectory_.in_units({.lengths = of_lengths, .velocities = of_velocities}),
+            fmt::format("are {} in {}metres? expected metres.", what, unit));
+  }
+  void about_places() {
+    constexpr size_t most_joints = 8;
+    const auto& joints = trajectory_.joints();
+    for (size_t b = 0; joints.size() <= most_joints && b < joints.size(); ++b)
+      for (size_t a = 0; a < b; ++a)
+        for (const auto& [what, q, v] : {std::tuple{"columns", true, true},
+                                         {"positions", true, false},
+                                         {"rates", false, true}})
+          ask(trajectory_.exchanged(joints[a], joints[b], q, v),
+              fmt::format("are the {} of '{}' and '{}' in each other's place?", what, joints[a],
+                          joints[b]));
+  }
+  /// The question and what speaks for it; empty if none explains the file.
+  std::string note() const {
+    if (question_.empty()) return "";
+    const auto would = [&](const char* what, double then, double now) {
+      return fmt::format("{} The error of the {} would be {:.2g} relative in place of {:.2g}",
+                         question_, what, then, now);
+    };
+    if (is_.energy > far_off.energy) return would("energy", best_.energy, is_.energy);
+    if (is_.centre > far_off.centre) return would("centre of mass", best_.centre, is_.centre);
+    return question_ + " Positions would move as their rates say";
+  }
+
+ private:
+  static bool explains(double is, double would, double off) {
+    constexpr double clearly = 0.1;
+    return std::isnan(is) || (is > off ? would < clearly * is : !(would > off));
+  }
+  static double size(double error) { return std::isnan(error) ? 1 : std::max(error, 1e-12); }
+
+  const Trajectory& trajectory_;
+  const Measuring& by_;
+  const Fit is_;
+  Fit best_;
+  double least_ = INFINITY;
+  std::string question_;
+};
 
 }  // namespace
 
-void ask_about_columns(RunReport& r, const Trajectory& trajectory, const Rows& rows,
-                       const phs::Description& d, Meter& meter, bool centre_out) {
-  constexpr double clearly = 0.1;
-  constexpr size_t most_joints = 8;
-  if (!trajectory.has_rates() || d.powers.size() != trajectory.torques().size()) return;
-  double best = clearly * r.energy.max_rel_error;
-  std::string question;
-  const auto ask = [&](const Trajectory& other, const std::string& text) {
-    const double error = error_of(other, rows, d, meter, centre_out);
-    if (!(error < best)) return;
-    best = error;
-    question = text;
-  };
-  ask(trajectory.in_degrees(), "are angles and rates in degrees? expected radians");
-  const auto& joints = trajectory.joints();
-  for (size_t b = 0; joints.size() <= most_joints && b < joints.size(); ++b)
-    for (size_t a = 0; a < b; ++a)
-      for (const auto& [what, q, v] :
-           {std::tuple{"columns", true, true}, {"positions", true, false}, {"rates", false, true}})
-        ask(trajectory.exchanged(joints[a], joints[b], q, v),
-            fmt::format("are the {} of '{}' and '{}' in each other's place?", what, joints[a],
-                        joints[b]));
-  if (!question.empty())
-    r.notes.push_back(
-        fmt::format("{} The error of the energy would be {:.2g} relative in place of "
-                    "{:.2g}",
-                    question, best, r.energy.max_rel_error));
+bool ask_about_columns(RunReport& r, const Trajectory& trajectory, const Measuring& by) {
+  if (!trajectory.has_rates()) return false;
+  Asking asking(trajectory, by);
+  if (!asking.is_far_off()) return false;
+  asking.about_degrees();
+  asking.about_times();
+  asking.about_lengths();
+  asking.about_places();
+  const std::string note = asking.note();
+  if (!note.empty()) r.notes.push_back(note);
+  return !note.empty();
 }
 
 }  // namespace porthos::scene

@@ -11,6 +11,7 @@
 #include "phs/error.h"
 #include "scene/assemble/model_notes.h"
 #include "scene/files/files.h"
+#include "scene/judge/detail/centre_course.h"
 #include "scene/judge/detail/hints.h"
 #include "scene/judge/detail/rows.h"
 #include "scene/judge/detail/work_error.h"
@@ -24,8 +25,6 @@ namespace porthos::scene {
 namespace {
 
 namespace fs = std::filesystem;
-
-double speed_of(const CentreOfMass::Vec& v) { return double(std::sqrt(dot(v, v))); }
 
 /// A model with the works of given torques in its ledger. The torques are known only at the
 /// records, so it is not integrated.
@@ -129,32 +128,6 @@ Assembly assemble_near_first_row(Scene scene, const TrajectoryTable& table,
   return a;
 }
 
-/// The velocity of the centre of mass beside that of free fall.
-class CentreCourse {
- public:
-  /// @return its momentum less that of free fall from the first row [N s]
-  /// @param t time since the first row [s]
-  /// @param linear scale of the linear momentum [N s]
-  std::array<double, 3> add(double t, const CentreOfMass& centre, double linear,
-                            const CentreOfMass::Vec& gravity, double mass) {
-    if (!start_) start_ = centre.start_velocity;
-    const auto off = centre.start_velocity - *start_ - CentreOfMass::Real(t) * gravity;
-    off_ = std::max(off_, speed_of(off));
-    fastest_ = std::max({fastest_, speed_of(centre.start_velocity), linear / mass});
-    return {mass * double(off.x), mass * double(off.y), mass * double(off.z)};
-  }
-  /// Checks the deviation from free fall, relative to the greatest speed.
-  void check(RunReport& r, const Scene& scene) const {
-    const double error = r.linear_momentum_error = fastest_ > 0 ? off_ / fastest_ : off_;
-    const double limit = scene.verify.linear_momentum.value_or(1e-10);
-    r.checks.push_back({"centre_of_mass", error, limit, error <= limit, true});
-  }
-
- private:
-  std::optional<CentreOfMass::Vec> start_;
-  double off_ = 0, fastest_ = 0;  ///< [m/s]
-};
-
 void name_run(RunReport& r, const Scene& scene, const Rows& rows) {
   r.title = scene.title;
   r.method = scene.method;
@@ -222,6 +195,8 @@ RunReport judge_file(const JudgeOptions& o) {
   const RecordLayout layout(d, Extrema::none);
   RunReport r;
   CentreCourse course;
+  const CentreOfMass::Vec gravity(scene.urdf.gravity);
+  const double mass = a.mechanism->total_mass();
   Numbers errors;  // of the energy, by row [J]
   {
     RecordLog log(log_path, layout);
@@ -243,9 +218,7 @@ RunReport judge_file(const JudgeOptions& o) {
       before_J = m.energy_change_J;
       m.quaternion_norm = trajectory.norm_error();
       const double error = errors.emplace_back(ledger.add(t[i] - t[0], m, true));
-      const auto pushed =
-          course.add(t[i] - t[0], centre, m.scale.linear, CentreOfMass::Vec(scene.urdf.gravity),
-                     a.mechanism->total_mass());
+      const auto pushed = course.add(t[i] - t[0], centre, m.scale.linear, gravity, mass);
       if (centre_out) m.linear = pushed;
       fill_record(layout, t[i] - t[0], world, m, ledger.port_work(), error, 0, unknown, {}, {},
                   row);
@@ -265,12 +238,16 @@ RunReport judge_file(const JudgeOptions& o) {
   judge(r, scene, method, meter);
   judge_works(r, trajectory, map.torque_between, {rows, own.net(), errors});
   if (centre_out) {
-    course.check(r, scene);
+    const double error = r.linear_momentum_error = course.error();
+    const double limit = scene.verify.linear_momentum.value_or(1e-10);
+    r.checks.push_back({"centre_of_mass", error, limit, error <= limit, true});
     a.centre.reset();  // the records are in the world frame
   }
-  check_rates(r, trajectory, rows);
-  if (!r.passed() && !(r.energy.max_rel_error < 1e-3))
-    ask_about_columns(r, trajectory, rows, d, meter, centre_out);
+  const RatesAgreement rates = trajectory.agreement(rows);
+  check_rates(r, rates, rows);
+  const bool asked =
+      !r.passed() && ask_about_columns(r, trajectory, {rows, d, meter, centre_out, gravity, mass});
+  note_rates(r, rates, asked);
   r.cpu_s = r.wall_s = thread_cpu_now() - cpu;
   write_results(o.out, scene, a, r, log_path);
   fs::remove(log_path);

@@ -231,17 +231,23 @@ std::vector<std::string> Trajectory::joints() const {
   return all;
 }
 
-Trajectory Trajectory::in_degrees() const {
+bool Trajectory::has(BlockKind kind) const {
+  return std::ranges::any_of(columns_, [&](const Columns& k) { return k.c.kind == kind; });
+}
+
+Trajectory Trajectory::in_units(const Units& units) const {
   Trajectory other(*this);
   other.lost_.assign(lost_.size(), 0);
-  const auto turn = [](std::vector<Numbers>& all) {
+  const auto multiply = [](std::vector<Numbers>& all, double by) {
     for (Numbers& column : all)
-      for (double& x : column) x *= M_PI / 180;
+      for (double& x : column) x *= by;
   };
   for (Columns& k : other.columns_) {
-    if (k.c.kind == BlockKind::linear) continue;
-    if (k.c.kind == BlockKind::angle) turn(k.q);
-    turn(k.v);
+    if (k.c.kind == BlockKind::angle) multiply(k.q, units.angles);
+    if (k.c.kind == BlockKind::linear) multiply(k.q, units.lengths);
+    multiply(k.v, k.c.kind == BlockKind::angle      ? units.angle_rates
+                  : k.c.kind == BlockKind::rotation ? units.attitude_rates
+                                                    : units.velocities);
   }
   return other;
 }

@@ -15,6 +15,10 @@ void tell_of_rows(RunReport& r, const Rows& rows, const Numbers& errors);
 /// way; five times the error of the rule that adds the rates up is no disagreement. Where this is
 /// most of the way, or rates change from row to row by more than their size, the rows are too few
 /// to tell. Fewer than four rows judge nothing.
-void check_rates(RunReport& r, const Trajectory& trajectory, const Rows& rows);
+void check_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows);
+
+/// Notes what disagrees.
+/// @param explained  a note has asked about units or columns: none asks about the unit of time
+void note_rates(RunReport& r, const RatesAgreement& rates, bool explained);
 
 }  // namespace porthos::scene

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,6 +34,8 @@ struct Rows {
 };
 /// Whether the file has the pose of a free base.
 bool has_base(const TrajectoryTable& table, const TrajectoryMap& map);
+
+struct RatesAgreement;
 
 /// A trajectory of another program as states of the model.
 class Trajectory {
@@ -69,13 +72,21 @@ class Trajectory {
     }
   };
   std::vector<Agreement> agreements(const Rows& rows) const;
+  RatesAgreement agreement(const Rows& rows) const;
 
   /// Whether the file has rates, not momenta.
   bool has_rates() const { return by_rates_; }
   /// The coordinates of joints of one degree of freedom.
   std::vector<std::string> joints() const;
-  /// The same rows, if their angles and angular rates are in degrees.
-  Trajectory in_degrees() const;
+  /// Whether there is a coordinate of that kind.
+  bool has(phs::BlockKind kind) const;
+  /// The same rows in other units: by what their numbers are multiplied.
+  struct Units {
+    double angles = 1, angle_rates = 1;  ///< of joints
+    double attitude_rates = 1;
+    double lengths = 1, velocities = 1;
+  };
+  Trajectory in_units(const Units& units) const;
   /// The same rows, if the positions or rates of two joints stand in each other's place.
   Trajectory exchanged(const std::string& a, const std::string& b, bool positions,
                        bool rates) const;
@@ -114,6 +125,15 @@ class Trajectory {
   std::vector<std::int64_t> lost_;  ///< turns, by angle
   bool by_rates_ = false, by_momenta_ = false;
   double norm_error_ = 0;
+};
+
+/// The coordinate whose positions and rates disagree most.
+struct RatesAgreement {
+  std::string name;                             ///< empty: none can be checked
+  double value = 0, limit = 0;                  ///< what the rates leave of its way, and may leave
+  std::optional<Trajectory::Agreement> coarse;  ///< one whose rows are too few to tell
+  double hidden = 0;                            ///< most turns between two rows, of all
+  bool holds() const { return value <= limit; }
 };
 
 }  // namespace porthos::scene
