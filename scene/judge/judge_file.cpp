@@ -128,6 +128,12 @@ Assembly assemble_near_first_row(Scene scene, const TrajectoryTable& table,
   return a;
 }
 
+void check_centre(RunReport& r, const Scene& scene, double error) {
+  const double limit = scene.verify.linear_momentum.value_or(1e-10);
+  r.linear_momentum_error = error;
+  r.checks.push_back({"centre_of_mass", error, limit, error <= limit, true});
+}
+
 void name_run(RunReport& r, const Scene& scene, const Rows& rows) {
   r.title = scene.title;
   r.method = scene.method;
@@ -238,9 +244,7 @@ RunReport judge_file(const JudgeOptions& o) {
   judge(r, scene, method, meter);
   judge_works(r, trajectory, map.torque_between, {rows, own.net(), errors});
   if (centre_out) {
-    const double error = r.linear_momentum_error = course.error();
-    const double limit = scene.verify.linear_momentum.value_or(1e-10);
-    r.checks.push_back({"centre_of_mass", error, limit, error <= limit, true});
+    check_centre(r, scene, course.error());
     a.centre.reset();  // the records are in the world frame
   }
   const RatesAgreement rates = trajectory.agreement(rows);
