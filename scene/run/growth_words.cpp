@@ -25,11 +25,12 @@ std::string words(const EnergyReport& e, const Told& told) {
   if (error < unit) return "is below one rounding of a double";
 
   const bool rounding = error <= 4 * unit * std::sqrt(std::max(1.0, told.steps));
-  const bool drifts = e.drift_is_significant && !rounding;
+  const bool drifts = e.drift_is_significant;
+  const std::string but = rounding ? ", though by no more than rounding may" : "";
   const std::string rate = fmt::format("by {:.2g} per {}", e.drift_per_s, told.unit);
   const std::string swings = fmt::format("swings, and its swings grow {:.2g}-fold", e.swing_growth);
   if (!std::isfinite(g)) {
-    if (drifts) return "drifts " + rate;
+    if (drifts) return "drifts " + rate + but;
     if (e.swings_grow() && !rounding) return swings;
     return told.unequal ? "is known at unequal intervals, which do not tell how it grows"
                         : "has too few records or swings to tell how it grows";
@@ -37,7 +38,8 @@ std::string words(const EnergyReport& e, const Told& told) {
   const std::string exponent = fmt::format(" (growth exponent {:.2f})", g);
   if (g >= 0.75)
     return "drifts, like t or faster" + exponent + ", " +
-           (e.drift_is_significant ? rate : "by an amount that is not significant");
+           (drifts ? rate : "by an amount that is not significant");
+  if (drifts && rounding) return "drifts " + rate + exponent + but;
   if (drifts)
     return "drifts " + rate + exponent +
            (std::fabs(e.drift_per_s) * told.length > 0.5 * error

@@ -11,7 +11,7 @@ inline constexpr const char* unequal_rows = "the rows are at unequal intervals";
 
 /// How the energy error of a run grew, for people: what follows "the energy error", as in "grows
 /// like rounding, √t (growth exponent 0.48)". An exponent speaks of rounding only where the error
-/// is a few units of rounding times √steps; a significant drift is told with its rate.
+/// is a few units of rounding times √steps; a significant drift is always told, with its rate.
 std::string growth_words(const RunReport& r);
 /// The same of a series of relative errors, one for each step: a drift is told per record.
 std::string growth_words(const ErrorStatistics& s);

@@ -51,6 +51,11 @@ TEST(GrowthWords, OfEachKindOfError) {
             "swings, and its swings grow 3-fold (growth exponent 0.10)");
   EXPECT_EQ(words(run(1e-6, NAN)), "has too few records or swings to tell how it grows");
   EXPECT_EQ(words(run(1e-6, NAN, 1e-9)), "drifts by 1e-09 per s");
+  // The words never contradict the flag.
+  EXPECT_EQ(words(run(1e-13, 0.48, 1e-16)),
+            "drifts by 1e-16 per s (growth exponent 0.48), though by no more than rounding may");
+  EXPECT_EQ(words(run(1e-13, NAN, 1e-16)),
+            "drifts by 1e-16 per s, though by no more than rounding may");
 }
 
 TEST(GrowthWords, OfARecordedMotion) {
@@ -87,6 +92,11 @@ TEST(GrowthWords, OfASeries) {
   EXPECT_TRUE(words([](double x) {
                 return 1e-6 * std::exp(5 * x) * std::sin(300 * x);
               }).starts_with("swings, and its swings grow"));
+  const auto noise = [](double x) { return 0.005 * std::sin(1e7 * x * x); };
+  EXPECT_TRUE(words([&](double x) {
+                return 1e-15 * (x + noise(x));
+              }).ends_with(", though by no more than rounding may"));
+  EXPECT_TRUE(words([&](double x) { return 1e-13 * noise(x); }).starts_with("stays bounded"));
   EXPECT_EQ(words([](double x) { return 1e-17 * x; }), "is below one rounding of a double");
 }
 

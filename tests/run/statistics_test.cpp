@@ -192,6 +192,14 @@ TEST(Statistics, ADriftBelowTheNoiseOfSingleRecordsIsFound) {
   }
   EXPECT_TRUE(swinging.drift_is_significant());
   EXPECT_FALSE(bounded.drift_is_significant());
+
+  // What docs/results.md says of larger swings.
+  const auto under = [](double amplitude) {
+    return series_of(4000, [&](double x) { return x + amplitude * std::sin(1200 * x); })
+        .drift_is_significant();
+  };
+  EXPECT_TRUE(under(1));
+  EXPECT_FALSE(under(2.5)) << "if it is found, the page is to say so";
 }
 
 /// From one period in the run to two records in a period.
