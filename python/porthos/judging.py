@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import shutil
+import tempfile
+import weakref
 from pathlib import Path
 from typing import Any, Mapping
 
@@ -19,23 +22,36 @@ def judge(trajectory: PathLike | Mapping[str, Any], model: PathLike, *, map: Pat
 
     trajectory: a file, CSV or HDF5, or columns by name, (k,) or (k, n): "time" [s] and those that `map` names, without it the
     names that Porthos gives ("elbow", "v.elbow", "base.attitude" (k, 4), ...; docs/judge.md). model: a URDF file. map: a TOML
-    file that says what the columns mean. out: the folder of results (default: results/<name of the file>-judge; of columns
-    required: they are written there as trajectory.csv).
+    file that says what the columns mean. out: the folder of results (default: results/<name of the file>-judge; of columns,
+    which are written there as trajectory.csv, a temporary folder that is gone with the result).
 
     Raises InvalidArgument with file and line for a missing column, a value that is not a number, time that does not increase, a map
     that does not fit the model.
     """
     if isinstance(trajectory, Mapping):
+        return _judge_columns(trajectory, model, map, out)
+    file = Path(trajectory)
+    return _judge_file(file, model, map, Path(out) if out is not None else Path("results") / f"{file.stem}-judge")
+
+
+def _judge_columns(columns: Mapping[str, Any], model: PathLike, map: PathLike | None, out: PathLike | None) -> Result:
+    folder = Path(out if out is not None else tempfile.mkdtemp(prefix="porthos_judge_"))
+    try:
+        _write_csv(folder / "trajectory.csv", columns)
+        result = _judge_file(folder / "trajectory.csv", model, map, folder)
+    except BaseException:
         if out is None:
-            raise InvalidArgument("columns are judged without out, expected a folder for them and their results")
-        file = Path(out) / "trajectory.csv"
-        _write_csv(file, trajectory)
-    else:
-        file = Path(trajectory)
-        out = Path(out) if out is not None else Path("results") / f"{file.stem}-judge"
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+    if out is None:
+        weakref.finalize(result, shutil.rmtree, folder, ignore_errors=True)
+    return result
+
+
+def _judge_file(file: Path, model: PathLike, map: PathLike | None, out: Path) -> Result:
     summary = _core.judge_into(str(file), str(model), "" if map is None else str(map), str(out))
     report_beside(out, [Path(model).resolve().parent])
-    return Result(json.loads(summary), Path(out))
+    return Result(json.loads(summary), out)
 
 
 def _write_csv(file: Path, columns: Mapping[str, Any]) -> None:

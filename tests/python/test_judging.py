@@ -1,4 +1,7 @@
 """Trajectories of other programs: judge()."""
+import gc
+import tempfile
+
 import numpy as np
 
 import porthos as ph
@@ -28,10 +31,26 @@ def test_columns(tmp_path):
     assert again.summary["energy"] == steady.summary["energy"]
 
 
+def test_columns_without_a_folder(tmp_path, monkeypatch):
+    """Their folder lives as long as the result, and none is left of columns that are refused."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    (tmp_path / "temporary").mkdir()
+    model = tmp_path / "wheel.urdf"
+    model.write_text(URDF)
+    result = ph.judge(turning(0.7), model)
+    folder = result.folder
+    assert result.verdict == "pass" and folder.parent == tmp_path / "temporary"
+    assert result["time"].shape == (201,) and (folder / "summary.json").exists()
+    del result
+    gc.collect()
+    assert not folder.exists()
+    refused(lambda: ph.judge({"time": [0, 1]}, model), "axle")
+    assert not any((tmp_path / "temporary").iterdir())
+
+
 def test_refusals(tmp_path):
     model = tmp_path / "wheel.urdf"
     model.write_text(URDF)
-    refused(lambda: ph.judge(turning(1), model), "columns are judged without out, expected a folder")
     odd = turning(1)
     odd["axle"] = odd["axle"][1:]
     refused(lambda: ph.judge(odd, model, out=tmp_path / "odd"),
