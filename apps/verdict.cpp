@@ -127,11 +127,13 @@ const char* verdict_word(scene::Verdict v) {
 
 std::string verdict_text(const RunReport& r, const std::string& out, bool has_page) {
   std::string text =
-      fmt::format("{}: {}, {} steps {} {} s, {} s simulated\n\n", r.title, r.method, r.steps,
-                  r.step_control == integrators::StepControl::fixed
-                      ? "of"
-                      : fmt::format("({}) from", to_string(r.step_control)),
-                  r.step_s, r.simulated_s);
+      r.method == "recorded"
+          ? fmt::format("{}: recorded, {}, {:.6g} s\n\n", r.title, rows_words(r), r.simulated_s)
+          : fmt::format("{}: {}, {} steps {} {} s, {} s simulated\n\n", r.title, r.method, r.steps,
+                        r.step_control == integrators::StepControl::fixed
+                            ? "of"
+                            : fmt::format("({}) from", to_string(r.step_control)),
+                        r.step_s, r.simulated_s);
   text += checks_text(r) + "\n";
   if (r.space) text += space_text(r) + "\n";
   if (!r.momentum.empty()) text += momentum_text(r) + "\n";

@@ -14,7 +14,7 @@ import numpy as np
 
 from ._core import InvalidArgument, line_colours, residual_panel
 from .ensembles import EnsembleResult
-from .results import PathLike, Result
+from .results import PathLike, Result, steps_of
 from .results import open as open_result
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def draw(result: Result) -> "Figure":
         _legend(ax)
     for ax in grid[len(drawn):]:
         figure.delaxes(ax)
-    figure.suptitle(f"{s['title']}    {s['method']}, step {s['step_s']:g} s, {s['steps']} steps, verdict: {s['verdict']}",
+    figure.suptitle(f"{s['title']}    {s['method']}, {steps_of(s)}, verdict: {s['verdict']}",
                     x=0.01, ha="left", fontsize=11, color=INK)
     return figure
 

@@ -19,6 +19,15 @@ from .judged import Judged, html_table, short, text_table
 PathLike = Union[str, "os.PathLike[str]"]
 
 
+def steps_of(summary: dict[str, Any]) -> str:
+    """Its steps; the rows of a judged trajectory, worded as by the command."""
+    steps, step = summary["steps"], summary["step_s"]
+    if summary["method"] != "recorded":
+        return f"{steps} steps of {step:g} s"
+    mean = summary["simulated_s"] / steps
+    return f"{steps + 1} rows, " + (f"{mean:g} s apart" if abs(mean - step) < 1e-6 * mean else f"{mean:.3g} s apart in the mean")
+
+
 class Result(Judged):
     """A finished run: figures, verdict and time series.
 
@@ -55,7 +64,7 @@ class Result(Judged):
 
     def __str__(self) -> str:
         s, e = self.summary, self.summary["energy"]
-        lines = [f"{s['title'] or 'run'}: {s['method']}, {s['steps']} steps of {s['step_s']:g} s, {s['simulated_s']:g} s simulated", ""]
+        lines = [f"{s['title'] or 'run'}: {s['method']}, {steps_of(s)}, {s['simulated_s']:g} s{'' if s['method'] == 'recorded' else ' simulated'}", ""]
         rows = [("check", "value", "limit", "")]
         rows += [(c["name"], short(c["value"]), short(c["limit"]), "pass" if c["pass"] else "FAIL") for c in self.checks]
         rows += [(n["name"], "-", "-", f"not applicable: {n['why']}") for n in self.not_applicable]
@@ -224,7 +233,7 @@ class Result(Judged):
         rows = [(c["name"], short(c["value"]), short(c["limit"]), "pass" if c["pass"] else "FAIL") for c in self.checks]
         rows += [(n["name"], "", "", f"not applicable: {n['why']}") for n in self.not_applicable]
         s = self.summary
-        return (f"<p><b>{html.escape(s['title'] or 'run')}</b>: {html.escape(self.verdict)}; {html.escape(s['method'])}, {s['steps']} steps of {s['step_s']:g} s</p>"
+        return (f"<p><b>{html.escape(s['title'] or 'run')}</b>: {html.escape(self.verdict)}; {html.escape(s['method'])}, {steps_of(s)}</p>"
                 + html_table(("check", "value", "limit", ""), rows))
 
     def group(self, name: str) -> dict[str, np.ndarray]:

@@ -99,6 +99,8 @@ std::string energy_plot(const Envelope& envelope, const PlotLabels& labels) {
 }
 
 std::string plot_subtitle(const RunReport& r) {
+  if (r.method == "recorded")
+    return fmt::format("recorded  ·  {}  ·  verdict: {}", rows_words(r), to_string(r.verdict()));
   const bool fixed = r.step_control == integrators::StepControl::fixed;
   return fmt::format("{}  ·  {}step {} s  ·  {} steps  ·  {} CPU  ·  verdict: {}", r.method,
                      fixed ? "" : fmt::format("{} ", to_string(r.step_control)),

@@ -222,6 +222,13 @@ Json certificates(const Assembly& a) {
 
 }  // namespace
 
+std::string rows_words(const RunReport& r) {
+  const double mean = r.simulated_s / double(r.steps);
+  return std::fabs(mean - r.step_s) < 1e-6 * mean
+             ? fmt::format("{} rows, {:.6g} s apart", r.steps + 1, mean)
+             : fmt::format("{} rows, {:.3g} s apart in the mean", r.steps + 1, mean);
+}
+
 std::string summary_json(const Scene& scene, const Assembly& assembly, const RunReport& r,
                          const phs::State& last) {
   Json j;

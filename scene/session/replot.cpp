@@ -37,6 +37,9 @@ RunReport report_of(const Json& s) {
   for (const auto& c : s.at("checks"))
     r.checks.push_back({c.at("name"), number(c.at("value")), number(c.at("limit")), c.at("pass"),
                         c.value("telling", true)});
+  for (const auto& n : s.value("not_applicable", Json::array()))
+    r.not_applicable.push_back(
+        {n.value("name", ""), n.value("why", ""), n.value("undecided", false)});
   return r;
 }
 

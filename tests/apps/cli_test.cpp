@@ -403,6 +403,8 @@ TEST_F(Cli, JudgeSaysWhyTheGrowthIsNotKnown) {
   EXPECT_TRUE(contains(unequal, why) && !contains(unequal, few)) << unequal;
   EXPECT_TRUE(contains(equal, few) && !contains(equal, why)) << equal;
   for (const auto& out : {unequal, equal}) EXPECT_FALSE(contains(out, "us per step")) << out;
+  EXPECT_TRUE(contains(equal, "rows.csv: recorded, 9 rows, 1 s apart, 8 s\n")) << equal;
+  EXPECT_TRUE(contains(unequal, "recorded, 9 rows, 9 s apart")) << unequal;
 }
 
 TEST_F(Cli, CompareEndsWithAdviceAndFillsItsFolder) {

@@ -21,6 +21,7 @@ def test_columns(tmp_path):
     steady = ph.judge(turning(0.7), model, out=tmp_path / "steady")
     assert steady.verdict == "pass" and steady.folder == tmp_path / "steady"
     assert (tmp_path / "steady" / "run.h5").exists()
+    assert str(steady).startswith("trajectory.csv: recorded, 201 rows, 0.01 s apart, 2 s\n")
     faster = turning(0.7)
     faster["v.axle"] = 0.7 + 0.05 * faster["time"]
     faster["axle"] = 0.3 + 0.7 * faster["time"] + 0.025 * faster["time"] ** 2

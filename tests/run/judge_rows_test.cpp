@@ -8,6 +8,7 @@
 
 #include "scene/files/hdf5_reader.h"
 #include "scene/judge/judge_file.h"
+#include "scene/plot/plot.h"
 #include "scene/run/growth_words.h"
 #include "tests/run/scenes.h"
 
@@ -79,6 +80,10 @@ TEST_F(JudgeRows, AHoleIsNamedAndLeftOut) {
   EXPECT_TRUE(bounded(r)) << scene::growth_words(r);
   const auto whole = judged(2000, [](int) { return true; });
   EXPECT_FALSE(notes_say(whole, "apart")) << "control";
+  EXPECT_EQ(scene::rows_words(whole), "2000 rows, 0.1 s apart");
+  EXPECT_EQ(scene::rows_words(r), "1800 rows, 0.111 s apart in the mean");
+  const std::string beneath = scene::plot_subtitle(whole);
+  EXPECT_TRUE(says(beneath, "2000 rows, 0.1 s apart") && !says(beneath, "CPU")) << beneath;
   EXPECT_FALSE(whole.energy.about_centre) << "a fixed base";
   EXPECT_NEAR(rates_of(r)->value, rates_of(whole)->value, 1e-6);
   EXPECT_FALSE(judged(2000, hole(800, 200), 0.1, 2, 1.5).passed()) << "control: wrong rates";

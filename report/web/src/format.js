@@ -48,6 +48,12 @@ export function instant(t, last, span) {
   return `${(t / seconds).toFixed(digits)} ${name}`;
 }
 
+/** Of a judged trajectory in place of its steps: "124 rows, 0.477 s apart in the mean". As rows_words() of the program. */
+export function rowsOf(s) {
+  const mean = s.simulated_s / s.steps, equal = Math.abs(mean - s.step_s) < 1e-6 * mean;
+  return `${grouped(s.steps + 1)} rows, ${number(mean, equal ? 6 : 3)} s apart${equal ? "" : " in the mean"}`;
+}
+
 /** A time in words: "2 h 46 min", "12.5 s". */
 export function duration(s) {
   if (s < 120) return `${number(s)} s`;

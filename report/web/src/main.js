@@ -2,7 +2,7 @@ import { drawCharts } from "./charts.js";
 import { read } from "./data.js";
 import { h } from "./dom.js";
 import * as ensemble from "./ensemble.js";
-import { duration } from "./format.js";
+import { duration, rowsOf } from "./format.js";
 import * as identification from "./identification.js";
 import { player } from "./player.js";
 import * as sections from "./sections.js";
@@ -57,7 +57,7 @@ function main() {
   const s = d.summary, title = s?.title || d.ensemble?.title || d.identification?.title || d.scene?.title || d.comparison?.title || d.folder;
   document.documentElement.classList.toggle("alone", alone);
   document.title = `${title} – Porthos report`;
-  const meta = d.kind === "ensemble" ? ensemble.meta(d) : d.kind === "identification" ? identification.meta(d) : s ? `${s.method}, ${s.step_control ? `${s.step_control} from ` : ""}${s.step_s} s, ${duration(s.simulated_s)} simulated` : d.comparison && !s ? `comparison of methods, ${duration(d.comparison.duration_s)} simulated` : d.scene ? `${d.scene.method}, ${d.scene.step_s} s` : "";
+  const meta = d.kind === "ensemble" ? ensemble.meta(d) : d.kind === "identification" ? identification.meta(d) : s?.method === "recorded" ? `recorded, ${rowsOf(s)}, ${duration(s.simulated_s)}` : s ? `${s.method}, ${s.step_control ? `${s.step_control} from ` : ""}${s.step_s} s, ${duration(s.simulated_s)} simulated` : d.comparison && !s ? `comparison of methods, ${duration(d.comparison.duration_s)} simulated` : d.scene ? `${d.scene.method}, ${d.scene.step_s} s` : "";
   const bad = d.status.state !== "complete" || d.missing.length;
   const play = d.acts.length ? player(d) : null;
   const series = d.series && d.series.t.length > 1;

@@ -1,6 +1,6 @@
 import { chart } from "./charts.js";
 import { card, h, lead, section, table } from "./dom.js";
-import { duration, grouped, number, short } from "./format.js";
+import { duration, grouped, number, rowsOf, short } from "./format.js";
 import { workPrecision } from "./scatter.js";
 
 const any = (v) => v && v.some((x) => Number.isFinite(x) && x !== 0);
@@ -67,9 +67,10 @@ export function verdict(d) {
     h("div", { class: "tiles" },
       tile(number(s.energy.max_rel_error), "largest energy error, relative"),
       tile(`${number(s.energy.initial_J, 6)} J`, "energy at the start"),
-      tile(duration(s.simulated_s), `simulated, ${grouped(s.steps)} steps`),
-      s.method === "recorded" ? "" : tile(duration(s.cpu_s), `CPU, ${perStep > 0 ? `${number(1e6 * perStep)} µs a step` : "–"}`),
-      tile(grouped(s.records), "records")));
+      s.method === "recorded" ? tile(duration(s.simulated_s), rowsOf(s)) : [
+        tile(duration(s.simulated_s), `simulated, ${grouped(s.steps)} steps`),
+        tile(duration(s.cpu_s), `CPU, ${perStep > 0 ? `${number(1e6 * perStep)} µs a step` : "–"}`),
+        tile(grouped(s.records), "records")]));
 }
 
 export function energy(d) {
@@ -159,6 +160,7 @@ export function motion(d) {
 }
 
 export function steps(d) {
+  if (d.summary?.method === "recorded") return null; // its rows are no steps
   const s = d.series, varying = any(s.step) && new Set(Array.from(s.step).filter(Number.isFinite).map((x) => x.toPrecision(6))).size > 2;
   const step = d.summary?.step_s ?? d.scene?.step_s;
   const sweeps = any(s.sweeps);
