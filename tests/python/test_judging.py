@@ -59,3 +59,23 @@ def test_refusals(tmp_path):
     missing = turning(1)
     del missing["axle"]
     refused(lambda: ph.judge(missing, model, out=tmp_path / "missing"), "axle")
+
+
+def test_an_episode(tmp_path, source):
+    """As docs/python.md writes it. Control: a map without the gravity of the scene."""
+    example = source / "examples" / "double_pendulum"
+    env = ph.Env.from_scene(example / "scene.toml", method="gauss8", step=0.01, limit=5.0, ports=["shoulder.torque"],
+                            dtype=np.float64, reward=lambda obs, action: 0.0)
+    obs, _ = env.reset(seed=1)
+    rows = []
+    for k in range(200):
+        action = env.action_space.sample().astype(float)
+        rows.append([k * env.batch.interval, *obs, *action])
+        obs, *_ = env.step(action)
+    names = ["t", *(n.replace("rate of ", "v.") for n in env.names), "torque.shoulder"]
+    columns = dict(zip(names, np.transpose(rows)))
+    gravity, none = tmp_path / "gravity.toml", tmp_path / "none.toml"
+    gravity.write_text("[environment]\ngravity = 'uniform'\nvector = [0, 0, -9.81]\n")
+    none.write_text("[verify]\nenergy = 1e-9\n")
+    assert ph.judge(columns, example / "double_pendulum.urdf", map=gravity).verdict == "pass"
+    assert ph.judge(columns, example / "double_pendulum.urdf", map=none).verdict == "fail"
