@@ -71,7 +71,9 @@ TEST_F(JudgeUnits, APartOfTheColumnsInDegreesIsAskedAbout) {
       {is_turning, "are all angular rates in degrees?"},
       {[](const auto& n) { return is_turning(n) && !is_joint(n); },
        "are the rates of the attitude in degrees?"}};
-  for (const auto& [part, question] : parts) {
+  for (const auto& one : parts) {
+    const Part& part = one.first;
+    const char* const question = one.second;
     const auto r = judged([&](const auto& name) { return part(name) ? 180 / M_PI : 1; });
     EXPECT_FALSE(r.passed()) << question;
     EXPECT_LT(at(r, question), r.notes.size()) << question;
