@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "scene/judge/judge_file.h"
+#include "scene/session/replot.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::judge_works_test {
@@ -163,6 +164,8 @@ TEST(JudgeWorksOfAFreeBase, AnExceededLimitThatRowsDoNotDecideIsNotJudged) {
   EXPECT_TRUE(std::ranges::all_of(few.checks, &scene::Check::pass));
   EXPECT_EQ(few.verdict(), scene::Verdict::not_judged);
   EXPECT_TRUE(says(read_bytes(folder / "judged" / "summary.json"), "\"undecided\": true"));
+  (void)scene::replot(folder / "judged");
+  EXPECT_TRUE(says(read_bytes(folder / "judged" / "energy_error.svg"), "verdict: not judged"));
   EXPECT_EQ(judged(0.002, 0.5).verdict(), scene::Verdict::pass);
   EXPECT_EQ(judged(0.06, 0).verdict(), scene::Verdict::pass);
   EXPECT_EQ(judged(0.06, 0.5, "angular_momentum = 1e-30\n").verdict(), scene::Verdict::fail);
