@@ -136,6 +136,14 @@ T limited(const T& u, double L) {
   return L < HUGE_VAL ? T(L) * tanh(T(u / T(L))) : u;
 }
 
+/// Of a drive by torque or position, at the gear's output.
+template <class T>
+T exerted(const Drive& d, const T& t, const T& angle, const T& rate) {
+  const T command = (*d.command)(t);
+  if (d.kind == Kind::torque) return limited(command, d.torque_limit);
+  return limited(T(T(d.kp) * (command - angle) - T(d.kd) * rate), d.torque_limit);
+}
+
 /// A law at the gear's output, force(rate), seen through a lever r: r law(r v).
 phs::FunctionPtr behind(phs::FunctionPtr law, double r) {
   if (r == 1) return law;
@@ -164,10 +172,9 @@ struct Place {
 
 void act(phs::Network& n, const std::string& who, const Place& place, size_t at, const Drive& d) {
   if (d.kind == Kind::torque && d.command)
-    n.source(who + ".torque", place.port,
-             phs::function([f = d.command, L = d.torque_limit, r = place.r](auto t) {
+    n.source(who + ".torque", place.port, phs::function([d, r = place.r](auto t) {
                using T = decltype(t);
-               return T(T(r) * limited((*f)(t), L));
+               return T(T(r) * exerted<T>(d, t, T(0.0), T(0.0)));
              }));
   if (d.kind == Kind::rate && d.command)
     n.source(who + ".rate", place.port, phs::function([f = d.command, L = d.rate_limit](auto t) {
@@ -176,8 +183,7 @@ void act(phs::Network& n, const std::string& who, const Place& place, size_t at,
   if (d.kind == Kind::position)
     n.control(who + ".controller", place.port, phs::law([d, at](auto t, auto x, auto y, auto u) {
                 using T = std::remove_cvref_t<decltype(t)>;
-                const T wish = T(d.kp) * ((*d.command)(t)-x[at]) - T(d.kd) * y[0];
-                u[0] = limited(wish, d.torque_limit);
+                u[0] = exerted<T>(d, t, x[at], y[0]);
               }));
   if (d.friction) n.resist(who + ".friction", place.port, behind(d.friction, place.r));
   if (has_brake(d))
@@ -208,6 +214,10 @@ void act(phs::Network& n, const std::string& name, const std::string& joint_port
 }
 
 }  // namespace
+
+double drive_torque(const Drive& d, double t, double angle, double rate) {
+  return has_rotor(d) && d.command ? exerted(d, t, angle, rate) : 0;
+}
 
 double rotor_losses(const Actuator& a, bool second, double rate, double link_rate) {
   const Drive& d = second ? a.sigma : a.theta;

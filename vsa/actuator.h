@@ -83,6 +83,10 @@ std::vector<double> actuator_start(const std::string& who, const Actuator& a, do
 /// σ, at the gear's output [N m], at its rate and that of the link [rad/s]; 0 without a rotor.
 double rotor_losses(const Actuator& a, bool second, double rate, double link_rate);
 
+/// What the command of a torque drive or the controller of a position drive exerts at the gear's
+/// output [N m], behind its limit; 0 of other drives. angle, rate: at the output [rad, rad/s].
+double drive_torque(const Drive& d, double t, double angle, double rate);
+
 /// Adds an actuator `name` to a network and joins it to an effort_in port of a joint
 /// ("<member>.<joint>.torque"), with its commands, frictions and limits. Ledger: storages
 /// "<name>.spring", "<name>.rotor", "<name>.sigma_rotor"; works "<name>.theta", "<name>.sigma" of

@@ -170,8 +170,8 @@ class Result(Judged):
         """How the mechanism moved, at no more than `most` records: {"joints [rad]": {"elbow": ...}, ..., "time [s]": {"t": ...}}.
 
         The scene's outputs; positions and rates of joints; rotation from the start, rates, path and velocity of free bodies;
-        deflection, stiffness setting, stiffness and torque of actuators, as motion.svg has them. Phases follow each other: nan
-        where a phase has no such line.
+        deflection, stiffness setting, stiffness and torque of actuators, angle and torque of their motors, as motion.svg has
+        them. Phases follow each other: nan where a phase has no such line.
         Raises InvalidArgument for a system without a mechanism.
         """
         if self.folder is not None:

@@ -211,7 +211,7 @@ class MotionPanels {
   }
 
   void springs() {
-    std::vector<TraceLine> deflection, stiffness, torque;
+    std::vector<TraceLine> deflection, stiffness, torque, motors, driving;
     std::vector<std::pair<std::string, std::vector<TraceLine>>> settings;  // by their units
     for (const Spring& s : r_.springs) {
       const auto of = [&](const char* what) {
@@ -233,11 +233,23 @@ class MotionPanels {
           line(s.name, [&](size_t i) { return s.energy->stiffness(q[i], theta[i], sigma[i]); }));
       torque.push_back(
           line(s.name, [&](size_t i) { return -s.energy->slopes(q[i], theta[i], sigma[i]).q; }));
+      if (s.motor.kind == vsa::Drive::Kind::fixed) continue;
+      motors.push_back(line(s.name, [&](size_t i) { return theta[i]; }));
+      const auto p = r_.rows("momentum/" + link_name(s.name + ".theta"));
+      const bool rotor = s.motor.inertia > 0;  // else what the drive holds
+      if (!s.alone || (rotor && p.size() != q.size())) continue;
+      driving.push_back(line(s.name, [&](size_t i) {
+        if (!rotor) return s.energy->slopes(q[i], theta[i], sigma[i]).theta;
+        const double rate = p[i] / (s.motor.gear * s.motor.gear * s.motor.inertia);
+        return vsa::drive_torque(s.motor, r_.t[i], theta[i], rate);
+      }));
     }
     add("deflections of springs [rad]", std::move(deflection));
     for (auto& [what, lines] : settings) add(what, std::move(lines));
     add("stiffness of springs [N m/rad]", std::move(stiffness));
     add("torques of springs [N m]", std::move(torque));
+    add("motors [rad]", std::move(motors));
+    add("torques of motors [N m]", std::move(driving));
   }
 
   template <class F>
@@ -278,7 +290,11 @@ class MotionPanels {
 
 std::vector<Spring> springs_of(const Scene& scene) {
   std::vector<Spring> all;
-  for (const JointActuator& a : scene.actuators) all.push_back({a.name, a.actuator.elastic});
+  for (const JointActuator& j : scene.actuators) {
+    const vsa::Drive& motor = j.actuator.theta;
+    all.push_back({j.name, j.actuator.elastic, motor,
+                   motor.kind != vsa::Drive::Kind::torque || scene.controllers.empty()});
+  }
   return all;
 }
 

@@ -7,7 +7,7 @@
 
 #include "mechanics/mechanism.h"
 #include "scene/plot/trace_plot.h"
-#include "vsa/elastic.h"
+#include "vsa/actuator.h"
 
 namespace porthos::scene {
 
@@ -17,6 +17,8 @@ struct Scene;
 struct Spring {
   std::string name;
   vsa::ElasticPtr energy;
+  vsa::Drive motor = {};  ///< of its equilibrium
+  bool alone = true;      ///< no controller of the scene may add to the motor's torque
 };
 /// Those of a scene's actuators.
 std::vector<Spring> springs_of(const Scene& scene);
@@ -49,7 +51,8 @@ std::vector<std::string> turning_joints(const MotionRecords& records);
 /// rates of its joints, and of every body that is free or on a ball joint its attitude (rotation
 /// from the start as a vector along its axis, continuous where less than half a turn lies between
 /// two records), its angular rate in its own axes, its path from the start and its velocity, both
-/// in world axes. Rates are of the recorded momenta, v = M(q)⁻¹ p.
+/// in world axes. Rates are of the recorded momenta, v = M(q)⁻¹ p. Of an actuator its spring, and
+/// angle and torque (vsa::drive_torque, or what the drive holds) of a motor that moves.
 /// A joint that makes more than four turns, in whatever phase, has panels apart. Empty: a
 /// coordinate is not recorded.
 std::vector<TracePanel> motion_panels(const mechanics::Mechanism& mechanism,

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "scene/plot/motion.h"
 #include "tests/places.h"
 #include "tests/run/series.h"
 
@@ -73,6 +74,39 @@ TEST(MotorOutputs, AreThoseOfTheScenesNumbersAndOfTheLedger) {
   const auto columns = scene::output_columns(scene, s.assembly);
   EXPECT_EQ(columns[0].unit, "N m");
   EXPECT_EQ(columns[4].unit, "rad/s");
+}
+
+// The panels have the closed form of the drives; the outputs are found from p'.
+TEST(MotorOutputs, TheMotionShowsTheSame) {
+  TemporaryFolder folder;
+  auto scene = arm(folder, motor("torque", "motor_torque") + motor("phi", "deflection") +
+                               "[[output]]\nquantity = \"joint_position\"\nname = \"q\"\n"
+                               "joint = \"shoulder\"\n");
+  const Series s(scene);
+  const auto torque = s("output/torque"), q = s("output/q"), phi = s("output/phi");
+  const auto line = [&](const char* what) -> std::vector<double> {
+    scene::MotionRecords records{s("time"), {}, [&](const std::string& n) { return s(n); }};
+    records.springs = scene::springs_of(scene);
+    for (const auto& p : scene::motion_panels(*s.assembly.mechanism, records))
+      for (const auto& l : p.lines)
+        if (p.what == what && l.name == "shoulder_vsa") return l.value;
+    return {};
+  };
+  keeps("theta [rad]", largest(line("motors [rad]"), [&](size_t i) { return q[i] - phi[i]; }),
+        1e-14);
+  keeps("torque [N m]",
+        largest(line("torques of motors [N m]"), [&](size_t i) { return torque[i]; }), 1e-12);
+  scene.actuators[0].actuator.theta.kp = 14;
+  breaks("control: another gain",
+         largest(line("torques of motors [N m]"), [&](size_t i) { return torque[i]; }), 1e-3);
+  auto& drive = scene.actuators[0].actuator.theta;
+  drive.kind = vsa::Drive::Kind::torque;
+  EXPECT_EQ(line("torques of motors [N m]").size(), q.size());
+  scene.controllers.emplace_back();
+  EXPECT_TRUE(line("torques of motors [N m]").empty()) << "a controller may add to the torque";
+  EXPECT_FALSE(line("motors [rad]").empty());
+  drive.kind = vsa::Drive::Kind::fixed;
+  EXPECT_TRUE(line("motors [rad]").empty());
 }
 
 TEST(MotorOutputs, NothingSetsTheStiffnessOfAPlainSpring) {
