@@ -382,6 +382,13 @@ TEST_F(IdentificationOfScenes, Refusals) {
                          "[[event]]\ntype = \"lock\"\nat = 0.5\njoint = \"hinge\"\n"),
                     rates, {"coil.stiffness"}),
             "scene.toml: a gradient takes no [[event]]");
+  EXPECT_EQ(
+      refused(read(swing(6, 0.4, 0.05) + "[[actuator]]\njoint = \"hinge\"\ndevice = \"sea_100\"\n"
+                                         "theta = { drive = \"fixed\" }\n"),
+              rates, {"coil.stiffness"}),
+      "scene.toml: identify takes no [[actuator]]: the start of its motor has no slopes; if "
+      "it is fixed, the spring can be an [[element]] of type \"spring\"; else fit "
+      "porthos.Scene(change=...) with scipy's least_squares");
 }
 
 /// A body that is not physical has no log-Cholesky numbers, and the sentence says the way out.
