@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 #include "mechanics/mechanical_model.h"
 #include "phs/network/elements.h"
 #include "scene/read/element.h"
@@ -29,6 +31,7 @@ vsa::Drive read_drive(const Table& t, const std::string& angle) {
         "rate_limit", "kp", "kd", "gyroscopics"}},
       {"rate", {"command", "rate_limit"}},
       {"servo", {"command", "servo"}}};
+  static const std::set<std::string> losses{"viscous", "coulomb", "smoothing"};
   for (size_t i = 0; i < own.size(); ++i) {
     if (kind != own[i].first) continue;
     d.kind = DriveKind(i);
@@ -37,7 +40,10 @@ vsa::Drive read_drive(const Table& t, const std::string& angle) {
           std::find(own[i].second.begin(), own[i].second.end(), key.name) == own[i].second.end())
         t.fail(key.name.c_str(),
                fmt::format("is given with drive = \"{}\", expected {}", kind,
-                           own[i].second.empty() ? "no more keys" : joined(own[i].second)));
+                           !own[i].second.empty()       ? joined(own[i].second)
+                           : losses.count(key.name) > 0 ? "none: losses of the joint are an "
+                                                          "[[element]] of type damper or friction"
+                                                        : "no more keys"));
   }
   if (d.kind == DriveKind::fixed) return d;
   if (t.has("gyroscopics") && t.text("gyroscopics", "\"neglected\"") != "neglected")

@@ -145,7 +145,12 @@ TEST_F(Scenes, MistakesAreRefusedWithTheirLine) {
        "theta lacks the key 'start', expected a number of rad: this spring is at rest at no one "
        "angle"},
       {qbmove + "theta = { drive = \"rate\", command = { constant = 1 }, inertia = 1 }\n" + held,
-       "theta.inertia is given with drive = \"rate\""},
+       "theta.inertia is given with drive = \"rate\", expected command, rate_limit"},
+      {qbmove + "theta = { drive = \"fixed\", viscous = 0.1 }\n" + held,
+       "theta.viscous is given with drive = \"fixed\", expected none: losses of the joint are an "
+       "[[element]] of type damper or friction"},
+      {qbmove + "theta = { drive = \"fixed\", gear = 2 }\n" + held,
+       "theta.gear is given with drive = \"fixed\", expected no more keys"},
       {qbmove + "theta = { drive = \"torque\", inertia = 1 }\n" + held,
        "theta lacks the key 'command', expected a table"},
       {qbmove + fixed + held + "joints = 1",
