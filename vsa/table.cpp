@@ -132,6 +132,14 @@ Measurements smooth(const Measurements& measured, const TorqueErrors& errors) {
 
 /// A spring pulls back harder the further it is drawn, between the places of the table too.
 void check_stiffness(const Measurements& m, const TorqueErrors& errors) {
+  const std::string advice =
+      !errors.any() ? "smoothing [N m] takes out noise, of a hysteresis loop half its width"
+      : m.with_loop > 0
+          ? fmt::format(
+                "with half the loop of loading and unloading the errors are {:.3g} N m, "
+                "state a tenth more",
+                m.with_loop)
+          : "state the errors of the torques (of a hysteresis loop half its width)";
   for (size_t j = 0; j < m.sigma.size(); ++j) {
     const Spline row = Splines{m}.row(m.torque, j);
     for (size_t i = 1; i < m.deflection.size(); ++i) {
@@ -147,9 +155,7 @@ void check_stiffness(const Measurements& m, const TorqueErrors& errors) {
               errors.absolute > 0   ? fmt::format("smoothing = {} N m", errors.absolute)
               : errors.relative > 0 ? fmt::format("relative_smoothing = {}", errors.relative)
                                     : "no smoothing",
-              k, m.sigma[j], m.deflection[i - 1] + d,
-              errors.any() ? "state the errors of the torques, or measure again"
-                           : "smoothing [N m] takes out noise"));
+              k, m.sigma[j], m.deflection[i - 1] + d, advice));
     }
   }
 }

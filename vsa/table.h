@@ -28,6 +28,7 @@ struct Measurements {
   std::vector<double> sigma_effort;  ///< ∂E/∂σ, or empty: E(0, σ) is then 0
   bool without_errors = false;       ///< the torques are smoothed already
   double scatter = 0;       ///< of the torques as measured, at the worst σ (phs::scatter) [N m]
+  double with_loop = 0;     ///< noise and half of a hysteresis loop, at the worst σ; 0: none [N m]
   double one_setting = 0;   ///< settings of σ that differ by less were taken as one, by their mean
   std::string remark = {};  ///< what is odd about it, a sentence for people; empty: nothing
 };

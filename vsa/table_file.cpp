@@ -20,8 +20,10 @@ namespace {
 
 const std::array<std::string, 5> names{"deflection", "sigma", "torque", "stiffness",
                                        "sigma_effort"};
-/// The rows of a file by σ, then deflection: as in `names`, repeated measurements together.
-using Rows = std::map<std::pair<double, double>, std::vector<std::array<double, 5>>>;
+/// As in `names`; then 1 where the deflection rises along the file, -1 where it falls.
+using Row = std::array<double, 6>;
+/// The rows of a file by σ, then deflection, repeated measurements together.
+using Rows = std::map<std::pair<double, double>, std::vector<Row>>;
 
 /// The grid that the places are, or nothing.
 std::optional<Measurements> grid_of(const Rows& rows, const std::array<bool, 5>& there) {
@@ -56,9 +58,10 @@ const char* const taken_as_one =
 /// together: `one` is then the distance below which they are. @throws InvalidArgument for values
 /// that chain over a fifth of their range: they are no settings
 MeasuredCurves by_setting(const Rows& rows, double& one, const std::string& path) {
-  std::map<double, std::vector<std::pair<double, double>>> settings;
+  using Place = std::array<double, 3>;  // deflection, torque, way
+  std::map<double, std::vector<Place>> settings;
   for (const auto& [place, repeated] : rows)
-    for (const auto& row : repeated) settings[place.first].emplace_back(place.second, row[2]);
+    for (const Row& row : repeated) settings[place.first].push_back({row[0], row[2], row[5]});
   const auto few = [](const auto& s) { return s.second.size() < 4; };
   if (std::ranges::any_of(settings, few))
     one = (settings.rbegin()->first - settings.begin()->first) / 50;
@@ -66,7 +69,7 @@ MeasuredCurves by_setting(const Rows& rows, double& one, const std::string& path
   for (auto at = settings.begin(); at != settings.end();) {
     const double begin = at->first;
     double last = begin, sum = 0;
-    std::vector<std::pair<double, double>> places;
+    std::vector<Place> places;
     for (; at != settings.end() && at->first - last <= one; ++at) {
       last = at->first;
       sum += last * double(at->second.size());
@@ -77,11 +80,12 @@ MeasuredCurves by_setting(const Rows& rows, double& one, const std::string& path
           "{}: sigma scatters over {:.3g} to {:.3g} without a gap of {:.2g}, 1/50 of its range, "
           "expected settings: round each sigma to the setting it was meant to be",
           path, begin, last, one));
-    std::ranges::stable_sort(places, {}, &std::pair<double, double>::first);
+    std::ranges::stable_sort(places, {}, [](const Place& p) { return p[0]; });
     auto& c = curves[sum / double(places.size())];
-    for (const auto& [x, y] : places) {
-      c.x.push_back(x);
-      c.y.push_back(y);
+    for (const Place& p : places) {
+      c.x.push_back(p[0]);
+      c.y.push_back(p[1]);
+      c.way.push_back(p[2]);
     }
   }
   return curves;
@@ -102,6 +106,7 @@ Measurements gridded(const Rows& rows, const TorqueErrors& errors, const std::st
       };
       curves[sigma].x.push_back(mean(c.x));
       curves[sigma].y.push_back(mean(c.y));
+      curves[sigma].way.push_back(mean(c.way));
       first = i;
     }
   }
@@ -126,6 +131,7 @@ Measurements gridded(const Rows& rows, const TorqueErrors& errors, const std::st
     m.deflection.push_back(i + 1 == n ? to : from + (to - from) * double(i) / double(n - 1));
   for (const auto& [sigma, c] : curves) {
     m.scatter = std::max(m.scatter, phs::scatter(c.x, c.y));
+    m.with_loop = std::max(m.with_loop, scatter_with_loop(c));
     const phs::Spline f(c.x, phs::smoothed(c.x, c.y, errors.of(c.y)), phs::Spline::Outside::linear,
                         "tabulated");
     for (const double x : m.deflection) m.torque.push_back(f.value(x));
@@ -164,9 +170,11 @@ Measurements parse_measurements(const std::string& text, const std::string& path
   }
   Rows rows;
   for (size_t i = 0; i < table.rows(); ++i) {
-    std::array<double, 5> row{};
+    Row row{};
     for (size_t k = 0; k < names.size(); ++k)
       if (!columns[k].empty()) row[k] = columns[k][i];
+    const double on = columns[0][std::min(i + 1, table.rows() - 1)] - columns[0][i - (i > 0)];
+    row[5] = double(on > 0) - double(on < 0);
     auto& same = rows[{row[1], row[0]}];
     if (!same.empty() && !errors.any())
       throw InvalidArgument(
@@ -180,7 +188,9 @@ Measurements parse_measurements(const std::string& text, const std::string& path
     for (size_t j = 0; j < m->sigma.size(); ++j) {
       const auto from = m->torque.begin() + long(j * m->deflection.size());
       auto& c = curves[m->sigma[j]] = {m->deflection, {from, from + long(m->deflection.size())}};
+      for (const double x : c.x) c.way.push_back(rows[{m->sigma[j], x}][0][5]);
       m->scatter = std::max(m->scatter, phs::scatter(c.x, c.y));
+      m->with_loop = std::max(m->with_loop, scatter_with_loop(c));
     }
     m->remark = remark_on(*m, curves, errors, path);
     return *m;

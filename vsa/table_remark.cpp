@@ -36,7 +36,46 @@ bool misses_the_shape(const MeasuredCurve& c, const TorqueErrors& errors) {
   return double(changes) < 0.5 * pairs - 1.5 * std::sqrt(pairs);  // three standard deviations
 }
 
+/// What neighbours scatter by in units of the errors s: the noise, and a loop as far as it is no
+/// mean of both ways, since the smoothed curve runs between them.
+double scatter_of(const MeasuredCurve& c, const std::vector<double>& s, double half) {
+  if (half == 0) return phs::scatter(c.x, c.y, s);
+  auto without = c.y;
+  double loop = 0;
+  for (size_t i = 0; i < c.x.size(); ++i) {
+    without[i] -= half * c.way[i];
+    if (s[i] > 0) loop += std::pow(half * c.way[i] / s[i], 2) / double(c.x.size());
+  }
+  return std::hypot(phs::scatter(c.x, without, s), std::sqrt(loop));
+}
+
 }  // namespace
+
+double half_loop(const MeasuredCurve& c) {
+  std::vector<size_t> down;  // places of unloading
+  for (size_t i = 0; i < c.x.size(); ++i)
+    if (c.way[i] < -0.5) down.push_back(i);
+  double n = 0, sum = 0, squares = 0;
+  for (size_t i = 0, next = 0; i < c.x.size() && !down.empty(); ++i) {
+    while (next < down.size() && down[next] < i) ++next;
+    if (c.way[i] <= 0.5 || next == 0 || next == down.size()) continue;
+    const size_t a = down[next - 1], b = down[next];
+    if (!(c.x[b] > c.x[a])) continue;
+    const double part = (c.x[i] - c.x[a]) / (c.x[b] - c.x[a]);
+    const double off = (c.y[i] - c.y[a] - part * (c.y[b] - c.y[a])) / 2;
+    n += 1;
+    sum += off;
+    squares += off * off;
+  }
+  if (n < 8 || down.size() < 8) return 0;
+  const double mean = sum / n, variance = squares / n - mean * mean;
+  return mean > 5 * std::sqrt(variance / n) ? mean : 0;
+}
+
+double scatter_with_loop(const MeasuredCurve& c) {
+  const double half = half_loop(c);
+  return half > 0 ? scatter_of(c, std::vector<double>(c.x.size(), 1.0), half) : 0;
+}
 
 std::vector<double> TorqueErrors::of(const std::vector<double>& torques) const {
   std::vector<double> s;
@@ -51,11 +90,14 @@ std::string remark_on(const Measurements& m, const MeasuredCurves& curves,
     return fmt::format("{} has deflections up to {:.4g} rad, more than a turn: are they degrees?",
                        path, widest);
   if (!errors.any()) return rough_remark(curves, path);
-  double least = HUGE_VAL, most = 0, where_least = 0, where_most = 0;
+  double least = HUGE_VAL, most = 0, where_least = 0, where_most = 0, half = 0;
   for (const auto& [sigma, c] : curves) {
-    const double scatter = phs::scatter(c.x, c.y, errors.of(c.y));
+    const double own = half_loop(c), scatter = scatter_of(c, errors.of(c.y), own);
     if (scatter < least) where_least = sigma;
-    if (scatter > most) where_most = sigma;
+    if (scatter > most) {
+      where_most = sigma;
+      half = own;
+    }
     least = std::min(least, scatter);
     most = std::max(most, scatter);
   }
@@ -69,10 +111,18 @@ std::string remark_on(const Measurements& m, const MeasuredCurves& curves,
         path, 1 / least, at(where_least));
   // A twentieth: the scatter of a hundred rows is known to a tenth, and the curve of errors stated
   // too small follows them at once.
+  if (most > 1 / 0.95 && half > 0)
+    return fmt::format(
+        "{}: loading and unloading differ by {:.2g} N m{}: half of it counts as an error, which "
+        "with "
+        "the noise is {:.3g} times what smoothing states: the curve may follow the loop, and its "
+        "stiffness more so",
+        path, 2 * half, at(where_most), most);
   if (most > 1 / 0.95)
     return fmt::format(
         "{}: neighbours scatter by {:.3g} times the errors that smoothing states{}: the curve may "
-        "follow the errors, and its stiffness more so; in doubt state a tenth more",
+        "follow the errors, and its stiffness more so; in doubt state a tenth more "
+        "(half the width of a hysteresis loop counts as an error)",
         path, most, at(where_most));
   for (const auto& [sigma, c] : curves)
     if (misses_the_shape(c, errors))

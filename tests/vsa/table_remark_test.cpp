@@ -1,6 +1,8 @@
 // Measured springs: errors of a few per cent, and what is said of tables that scatter.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
@@ -86,6 +88,55 @@ TEST(TableRemark, NoStiffnessBelowZeroBetweenThePlaces) {
   m.torque = {-3, -0.2, 0, 0.2, 3};  // rises, and its spline falls about zero
   const auto why = refusal([&] { vsa::tabulated(m); });
   EXPECT_NE(why.find("with no smoothing the stiffness is -"), std::string::npos) << why;
+}
+
+/// 120 φ + 900 φ³ through a sine of ±0.3 rad, `half` N m more where φ rises and less where it falls,
+/// with noise.
+std::vector<std::string> there_and_back(double half, double noise) {
+  std::mt19937_64 generator(7);
+  std::normal_distribution<double> error(0, 1);
+  std::vector<std::string> rows;
+  for (int i = 0; i < 400; ++i) {
+    const double t = M_PI * i / 199.5 + 0.02, at = 0.3 * std::sin(t);
+    const double loop = std::cos(t) > 0 ? half : -half;
+    rows.push_back(fmt::format("{},{}\n", at + 2e-4 * error(generator),
+                               120 * at + 900 * std::pow(at, 3) + loop + noise * error(generator)));
+  }
+  return rows;
+}
+
+TEST(TableRemark, AHysteresisLoopIsNoNoise) {
+  const auto rows = there_and_back(1, 0.3);
+  const auto table = [](const std::vector<std::string>& of, double smoothing) {
+    std::string text = "deflection,torque\n";
+    for (const auto& row : of) text += row;
+    return vsa::parse_measurements(text, "loop.csv", smoothing);
+  };
+  const auto stated = table(rows, 1.1);
+  keeps("half the loop and the noise [N m]", std::fabs(stated.with_loop - std::hypot(1, 0.3)),
+        0.03);
+  EXPECT_EQ(stated.remark, "");
+  const auto e = vsa::tabulated(stated, {}, 0.02, 1.1);
+  keeps("stiffness at 0.1 rad, relative", std::fabs(e->stiffness(0.1, 0, 0) / 147 - 1), 0.03);
+
+  const auto small = table(rows, 0.3);
+  EXPECT_NE(small.remark.find("loop.csv: loading and unloading differ by 2"), std::string::npos)
+      << small.remark;
+  const auto why = refusal([&] { vsa::tabulated(small, {}, 0.02, 0.3); });
+  EXPECT_NE(why.find("with half the loop of loading and unloading the errors are 1.0"),
+            std::string::npos)
+      << why;
+  EXPECT_LE(why.size(), 220u);
+
+  // Controls: noise of that size, and the same rows in no order, which tell nothing of a loop.
+  auto mixed = rows;
+  std::ranges::shuffle(mixed, std::mt19937_64(3));
+  for (const auto& other : {there_and_back(0, 1.04), mixed}) {
+    const auto m = table(other, 0.3);
+    EXPECT_EQ(m.with_loop, 0);
+    EXPECT_NE(m.remark.find("neighbours scatter by"), std::string::npos) << m.remark;
+    EXPECT_NE(m.remark.find("half the width of a hysteresis loop"), std::string::npos);
+  }
 }
 
 }  // namespace

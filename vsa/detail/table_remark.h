@@ -10,8 +10,15 @@ namespace porthos::vsa {
 /// Torques as measured, over the deflections of one setting of σ.
 struct MeasuredCurve {
   std::vector<double> x, y;
+  std::vector<double> way = {};  ///< 1: measured while the deflection rose, -1: while it fell
 };
 using MeasuredCurves = std::map<double, MeasuredCurve>;  ///< by σ
+
+/// Half of the torque by which loading lies above unloading, where the places of the two differ and
+/// a mean of at least five standard errors tells it from noise; else 0.
+double half_loop(const MeasuredCurve& c);
+/// That and the noise together, as one standard deviation; 0 without a loop.
+double scatter_with_loop(const MeasuredCurve& c);
 
 /// What is odd about a table that can be used, a sentence; empty: nothing.
 std::string remark_on(const Measurements& m, const MeasuredCurves& curves,
