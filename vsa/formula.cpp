@@ -1,6 +1,7 @@
 #include "vsa/formula.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "phs/functions/formula.h"
 #include "vsa/elastic-inl.h"
@@ -92,6 +93,51 @@ void check_places(const Elastic& e, bool with_sigma) {
         "this is the torque, state its integral");
 }
 
+/// A place in [a, b] towards which f >= 0 grows without bound; NaN: there is none that stands out.
+/// Halving follows the larger end. Towards a pole the middle grows at every halving, by 1.4 or
+/// more; where f is smooth, however steep, it does not change in the end.
+template <class F>
+double pole_between(const F& f, double a, double b, double at_a, double at_b) {
+  constexpr int first = 6, half = 20, halvings = 40;
+  const double most = std::fmax(at_a, at_b);
+  const bool steep = most > 4 * std::fmin(at_a, at_b);
+  double middle = 0, there = 0, halfway = 0;
+  for (int k = 1; k <= halvings; ++k) {
+    middle = 0.5 * (a + b);
+    there = f(middle);
+    if (!std::isfinite(there)) return middle;
+    std::tie(at_a > at_b ? b : a, at_a > at_b ? at_b : at_a) = std::pair{middle, there};
+    if (k == first && !steep && std::fmax(at_a, at_b) < 2 * most) return NAN;
+    if (k == half) halfway = there;
+  }
+  return there > 100 * halfway ? middle : NAN;
+}
+
+/// Refuses a stiffness with a pole between the places at which it was checked.
+void check_poles(const Elastic& e, bool with_sigma) {
+  constexpr int intervals = 200;
+  const Limits& l = e.traits().limits;
+  const double most = std::min(l.deflection, M_PI);
+  for (const double part : {0.5, 0.0, 1.0}) {
+    const double sigma = with_sigma ? l.sigma_lower + part * (l.sigma_upper - l.sigma_lower) : 0;
+    const auto size = [&](double phi) { return std::fabs(e.stiffness(phi, 0.0, sigma)); };
+    const auto place = [&](int i) { return most * (2.0 * i / intervals - 1); };
+    std::vector<double> at;
+    for (int i = 0; i <= intervals; ++i) at.push_back(size(place(i)));
+    auto sorted = at;
+    std::ranges::nth_element(sorted, sorted.begin() + intervals / 2);
+    for (size_t i = 0; i < size_t(intervals); ++i) {
+      const double pole = pole_between(size, place(int(i)), place(int(i) + 1), at[i], at[i + 1]);
+      if (!std::isfinite(pole) || size(pole) <= sorted[intervals / 2]) continue;  // rounding
+      refuse_formula(fmt::format(
+          "the stiffness grows without bound towards phi = {:.4g} rad{}, a pole, expected none "
+          "over the range of the limits (of phi: ± pi without a limit): limits.deflection below it",
+          pole, with_sigma ? fmt::format(" at sigma = {:.4g}", sigma) : ""));
+    }
+    if (!with_sigma) break;
+  }
+}
+
 /// Where a function of φ jumps most between neighbours of a grid: it changes there by more than
 /// `least` however near the two places are.
 struct Jump {
@@ -165,6 +211,7 @@ ElasticPtr formula(const Formula& p, const Limits& l) {
                        .limits = l};
   const auto e = make_elastic(energy, traits);
   check_places(*e, with_sigma);
+  check_poles(*e, with_sigma);
   if (!energy.formula.has_kinks()) return e;
   traits.remark = checked_kinks(*e, with_sigma);
   return make_elastic(std::move(energy), std::move(traits));

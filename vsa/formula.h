@@ -18,10 +18,11 @@ struct Formula {
 /// The limits state where it holds: the deflection up to ± its limit, or ± π if there is none, and
 /// the range of σ, which must be finite if the energy depends on σ. There, at each of 201
 /// deflections times 21 σ, the energy and its first and second derivatives must be finite, and the
-/// stiffness not negative. Between these places nothing is checked. Cost of making it: about 3 ms.
+/// stiffness not negative. Between these places poles of the stiffness are looked for, at the
+/// middle and the ends of the range of σ. Cost of making it: about 4 ms.
 ///
 /// @throws InvalidArgument for what is no formula, an energy that does not depend on phi, no range
-/// of σ, or a place where the energy does not meet these conditions
+/// of σ, a place where the energy does not meet these conditions, or a pole
 ElasticPtr formula(const Formula& p, const Limits& l = {});
 
 }  // namespace porthos::vsa

@@ -191,6 +191,34 @@ TEST(FormulaEnergy, WhatIsNoSpringIsRefusedWithItsPlace) {
       << "the same within the range where it is a spring";
 }
 
+// Poles between the 201 deflections, or on one of them to rounding. tan(φ/0.2): at ±0.1 π = ±0.3142 rad and on.
+TEST(FormulaEnergy, APoleBetweenThePlacesIsRefused) {
+  const auto why = [](const char* energy, double deflection = HUGE_VAL, bool with_sigma = false) {
+    Limits l;
+    l.deflection = deflection;
+    l.stop_stiffness = deflection < HUGE_VAL ? 1e4 : 0;
+    if (with_sigma) l.sigma_lower = 1, l.sigma_upper = 2;
+    return refusal([&] { vsa::formula({energy, {}}, l); });
+  };
+  const char* const tangent = "15*(tan(phi/0.2))^2*0.2^2";
+  const auto said = why(tangent);
+  EXPECT_TRUE(says(said, "the stiffness grows without bound towards phi = -"));
+  EXPECT_LE(said.size(), 220u);
+  EXPECT_TRUE(says(why(tangent, 0.35), "towards phi = -0.3142 rad"));
+  EXPECT_EQ(why(tangent, 0.3), "") << "the same below its poles";
+  EXPECT_TRUE(says(why("15*phi^2 + 1e-3/(phi - 1.2345)^2"), "phi = 1.235 rad, a pole"));
+  EXPECT_TRUE(says(why("15*phi^2 - log((phi - 0.7654321)^2)"), "phi = 0.7654 rad, a pole"));
+  EXPECT_TRUE(says(why("15*phi^2 + 1e-3/(phi - 0.61*sigma)^2", HUGE_VAL, true),
+                   "towards phi = 0.915 rad at sigma = 1.5, a pole"));
+  // Controls: steep, narrow or bent, and bounded.
+  EXPECT_EQ(why("cosh(100*phi)"), "");
+  EXPECT_EQ(why("exp(-100*phi)"), "");
+  EXPECT_EQ(why("15*phi^2 + 1e8*max(phi - 0.31, 0)^3 + 1e8*max(-0.31 - phi, 0)^3"), "");
+  EXPECT_EQ(why("15*phi^2 + 1e4*phi^4"), "");
+  EXPECT_EQ(why("15*phi^2 + 10*sqrt((phi - 0.303)^2 + 1e-6)"), "") << "1e4 N m/rad within 1 mrad";
+  EXPECT_EQ(why("15*phi^2 + 0.1*sqrt((phi - 0.303)^2 + 1e-12)"), "");
+}
+
 TEST(FormulaEnergy, AKinkOfTheStiffnessIsRemarked) {
   const auto remark = [](const char* energy) {
     return vsa::formula({energy, {}}, {})->traits().remark;
