@@ -8,6 +8,7 @@
 #include "mechanics/log_cholesky.h"
 #include "scene/assemble/assembly.h"
 #include "scene/read/toml_table-inl.h"
+#include "vsa/catalogue.h"
 
 namespace porthos::scene {
 namespace {
@@ -62,10 +63,25 @@ bool is_start_of_body(const std::string& key) {
          });
 }
 
+/// The unit of a parameter of an actuator's family: of coefficients that of the first.
+std::string unit_in_family(const toml::table& actuator, const std::string& name) {
+  const auto own = actuator["family"].value_or(std::string());
+  for (const vsa::Family& f : vsa::families())
+    for (const vsa::Key& k : f.keys)
+      if (f.name == own && k.name == name) return k.unit.substr(0, k.unit.find(','));
+  return "";
+}
+
 /// The unit of a number of the scene: of "N m/rad (N/m)" the second if its joint slides.
 std::string unit_of(const toml::table& root, const std::string& key, const Assembly& a) {
   const auto dot = key.rfind('.');
   std::string id = without_index(key.substr(0, dot));
+  const std::string name = without_index(key.substr(dot + 1));
+  if (const auto* actuator = root.at_path(key.substr(0, key.find('.'))).as_table();
+      actuator && id == "actuator") {
+    if (key.find("].parameters.") != key.npos) return unit_in_family(*actuator, name);
+    if (key.find("].theta.") != key.npos) id = "actuator.drive";
+  }
   bool slides = false;
   if (const auto* element = root.at_path(key.substr(0, dot)).as_table();
       element && id == "element") {
@@ -76,7 +92,6 @@ std::string unit_of(const toml::table& root, const std::string& key, const Assem
     slides = own != all.end() && own->unit == "m";
   }
   const SchemaTable* table = schema_of(id);
-  const std::string name = without_index(key.substr(dot + 1));
   for (const SchemaKey& k : table ? table->keys : std::vector<SchemaKey>()) {
     if (k.name != name) continue;
     const auto open = k.unit.find(" (");

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "scene/assemble/assembly.h"
+#include "scene/sensitivity/unknowns.h"
 #include "tests/places.h"
 #include "tests/scene/scene_files.h"
 
@@ -188,6 +190,16 @@ TEST_F(EndDifferences, OfExamplesThatHaveNoAdjoint) {
     EXPECT_TRUE(q.counts(0)) << c.example;
     EXPECT_LT(q.errors[0], 1e-4 * std::fabs(q.slopes[0])) << c.example;
   }
+}
+
+TEST_F(EndDifferences, NumbersOfActuatorsHaveTheirUnits) {
+  const Scene s = read_scene(fmt::format("{}/examples/esp_arm/scene.toml", PORTHOS_SOURCE_DIR));
+  const Unknowns known(s, assemble(s),
+                       {"motor.parameters.k", "motor.theta.inertia", "law.joints.hinge.target"},
+                       NumbersOf::run);
+  EXPECT_EQ(known.list()[0].unit, "N m/rad");
+  EXPECT_EQ(known.list()[1].unit, "kg m²");
+  EXPECT_EQ(known.list()[2].unit, "") << "the control: of a controller's table";
 }
 
 TEST_F(EndDifferences, RefuseWhatIsNotThere) {
