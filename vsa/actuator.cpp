@@ -100,7 +100,9 @@ class ActuatorModel final : public phs::ModelFor<ActuatorModel> {
         axis.damping = drive.gear * drive.gear * drive.viscous;
         auto& block = d.blocks[size_t(axis.at)];
         block.momentum = axis.momentum;
-        block.momentum_unit = effort + " s";
+        block.momentum_unit = block.unit == "rad" ? "kg m^2/s"
+                              : block.unit == "m" ? "kg m/s"
+                                                  : effort + " s";
         axis.port = d.nu++;
         d.ports.push_back({name, phs::PortKind::effort_in, 1, axis.port, effort, rate});
         axis.stored = int(d.storages.size());

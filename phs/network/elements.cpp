@@ -95,7 +95,7 @@ struct Motor {
     s.name = "dc motor";
     s.nx = s.nu = 2;
     s.blocks = {{"flux", BlockKind::linear, 0, 1, -1, "V s", ""},
-                {"momentum", BlockKind::linear, 1, 1, -1, "N m s", ""}};
+                {"momentum", BlockKind::linear, 1, 1, -1, "kg m^2/s", ""}};
     s.ports = {{"supply", PortKind::effort_in, 1, 0, "V", "A"},
                {"shaft", PortKind::effort_in, 1, 1, "N m", "rad/s"}};
     s.traits.lossless = m.resistance == 0 && m.friction == 0;

@@ -77,8 +77,8 @@ class Held {
 struct Domain {
   const char *flow, *effort, *displacement, *momentum;
 };
-inline constexpr Domain translation{"m/s", "N", "m", "N s"};
-inline constexpr Domain rotation{"rad/s", "N m", "rad", "N m s"};
+inline constexpr Domain translation{"m/s", "N", "m", "kg m/s"};
+inline constexpr Domain rotation{"rad/s", "N m", "rad", "kg m^2/s"};
 inline constexpr Domain electricity{"A", "V", "C", "V s"};
 
 /// State: elongation z, z' = rate. Port "ends" (flow in): rate -> force U'(z). A capacitor in the

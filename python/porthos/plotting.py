@@ -53,7 +53,7 @@ def _legend(ax: "Axes", narrow: bool = False) -> float:
     from matplotlib.textpath import text_to_path
 
     handles, names = ax.get_legend_handles_labels()
-    if not handles or len(names) == 1 and ax.get_title().endswith(names[0]):
+    if not handles or len(names) == 1 and f".{ax.get_title()}".endswith(f".{names[0]}"):
         return 0.0
     figure = ax.get_figure()
     width, height = (72 / figure.dpi * x for x in ax.bbox.size)
@@ -230,7 +230,7 @@ PANELS = {"energies": _energies, "works": _works, "residual": _residual}
 def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, label: str | None = None, legend: bool = True) -> Any:
     """One panel of a result with axes of its own, or in yours: "energies", "works", "residual", or of the motion "joints", "rates of joints" ...
 
-    what = "motion": all panels of the motion in one figure. "states": the states and momenta of any system, as of a Network; of one
+    what = "motion": all panels of the motion in one figure, more than six in two columns. "states": the states and momenta of any system, as of a Network; of one
     without a mechanism each by the name of its block. The name of a line, as of an output: that line alone. label: what a
     run is called among others in the same axes. legend: whether lines are named above the axes (in them where the figure has no layout
     and they do not fit above; left out with a warning where they would take more than half the height). Axes of three dimensions show a
@@ -267,11 +267,16 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, labe
         return axes.figure
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(7.5, 2.3 * len(names) + 0.6), layout="constrained")
-    for name, ax in zip(names, figure.subplots(len(names), 1, squeeze=False)[:, 0]):
+    across = 2 if len(names) > 6 else 1
+    down = -(-len(names) // across)
+    figure = Figure(figsize=(7.5 if across == 1 else 12, 2.3 * down + 0.6), layout="constrained")
+    taller = [0.0] * down
+    for k, name in enumerate(names):
+        ax = figure.add_subplot(down, across, k % down * across + k // down + 1)  # the first ones left
         draw[name](ax, result)
         if legend:
-            figure.set_figheight(figure.get_figheight() + _legend(ax) / 72)
+            taller[k % down] = max(taller[k % down], _legend(ax))
+    figure.set_figheight(figure.get_figheight() + sum(taller) / 72)
     figure.suptitle(result.summary["title"] or "run", x=0.01, ha="left", fontsize=11, color=INK)
     return figure
 

@@ -68,7 +68,7 @@ double text_width(const std::string& text, double size) {
   const auto some = [&](std::string_view of) {
     return double(std::ranges::count_if(text, [&](char c) { return of.find(c) != of.npos; }));
   };
-  return size * (0.6 * double(letters(text)) + 0.3 * some("mwMW") +
+  return size * (0.6 * double(letters(text)) + 0.3 * some("mwMW") - 0.2 * some("fijlt.,:;|'()[] ") +
                  0.1 * some("ABCDEFGHIJKLMNOPQRSTUVWXYZ"));
 }
 

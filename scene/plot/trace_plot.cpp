@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <tuple>
 
-#include "scene/plot/look.h"
+#include "scene/plot/drawn_lines.h"
 #include "scene/plot/svg.h"
 #include "scene/plot/time_axis.h"
 
@@ -18,29 +19,8 @@ namespace {
 
 using colour::grid, colour::ink, colour::soft;
 
-constexpr size_t most_points = 1500;
-
-/// In widths of a line, for readers without colours.
-constexpr std::array<const char*, most_lines> dashes{
-    "", "4 2", "1.2 1.8", "7 2 1.2 2", "2.5 1.5", "9 3", "7 2 1.2 2 1.2 2", "1.2 3.5"};
-
-/// A line as it is drawn.
-struct Drawn {
-  const TraceLine* line;
-  std::string name, colour, dash;
-  double width;
-  bool wraps = false;                      ///< an angle that jumps from π to -π
-  std::vector<double> from = {}, to = {};  ///< of a stacked area
-};
-
-bool idle(const TraceLine& l) {
-  return l.stroke == Stroke::line && std::ranges::all_of(l.value, [](double v) { return v == 0; });
-}
-
-bool in_half_turns(const TraceLine& l) {
-  return std::ranges::none_of(l.value,
-                              [](double v) { return std::fabs(v) > std::numbers::pi + 1e-9; });
-}
+constexpr size_t most_points = 1500, most_in_column = 6;
+constexpr double gap_in_legend = 4;  ///< right of an entry
 
 class TracePlot {
  public:
@@ -48,7 +28,7 @@ class TracePlot {
       : panels_(panels), look_(look), log_time_(!panels.empty() && panels[0].log_time) {
     first_ = HUGE_VAL;
     for (const auto& p : panels) {
-      drawn_.push_back(drawn_of(p));
+      drawn_.push_back(drawn_of(p, look));
       for (const auto& l : p.lines)
         for (const double t : l.t)
           if (std::isfinite(t)) {
@@ -60,93 +40,47 @@ class TracePlot {
     place_panels();
   }
   std::string draw(const std::string& title, const std::string& subtitle) {
-    Svg& svg = svg_.emplace(look_.width, height_, look_.unit);
+    const bool two = rows_ < panels_.size();
+    Svg& svg = svg_.emplace((two ? 2 : 1) * look_.width, height_, look_.unit);
     if (look_.head > 0) {
       const double room = look_.width - look_.left - 20;
       svg.text(look_.left, 38, "start", 19, ink, fit_text(title, 19, room),
                R"( font-weight="600")");
       svg.text(look_.left, 61, "start", 13, soft, fit_text(subtitle, 13, room));
     }
-    for (size_t k = 0; k < panels_.size(); ++k) panel(k);
+    for (size_t k = 0; k < panels_.size(); ++k) {
+      if (k == rows_) svg.raw(fmt::format(R"x(<g transform="translate({},0)">)x", look_.width));
+      panel(k);
+    }
+    if (two) svg.raw("</g>");
     return svg.finish();
   }
 
  private:
-  /// What of a panel is drawn, and how; what is 0 all the time comes last, in one row.
-  std::vector<Drawn> drawn_of(const TracePanel& p) const {
-    std::vector<Drawn> all;
-    const auto idles = size_t(std::ranges::count_if(p.lines, idle));
-    const bool folded = idles > 1 && p.lines.size() > 4;
-    std::vector<double> top;
-    size_t next = 0;
-    for (const TraceLine& l : p.lines) {
-      if (folded && idle(l)) continue;
-      Drawn d{&l, l.name, "", "", look_.stroke};
-      style(d, next);
-      d.wraps = p.what.ends_with("[rad]") && in_half_turns(l);
-      next += l.stroke == Stroke::line;
-      if (p.stacked) stack(d, top);
-      all.push_back(std::move(d));
-    }
-    static const TraceLine nothing{};
-    if (folded) {
-      const bool others = idles < p.lines.size();
-      all.push_back({&nothing, fmt::format("{} {}: 0", idles, others ? "others" : "lines"), soft,
-                     "", look_.rule});
-    }
-    if (!p.others.empty()) all.push_back({&nothing, p.others, soft, "", look_.rule});
-    return all;
-  }
-  void style(Drawn& d, size_t next) const {
-    switch (d.line->stroke) {
-      case Stroke::band:
-        d.colour = colour::lines[7];
-        break;
-      case Stroke::guide:
-        d.colour = colour::guide;
-        d.dash = dashed("4 3", d.width *= 0.8);
-        break;
-      case Stroke::limit:
-        d.colour = colour::alarm;
-        d.dash = dashed("1 2.4", d.width);
-        break;
-      default:
-        d.colour = colour::lines.at(next % most_lines);
-        // the ninth line has the colour of the first and another dash
-        d.dash = dashed(dashes.at((next + next / most_lines) % most_lines), d.width);
-    }
-  }
-  static void stack(Drawn& d, std::vector<double>& top) {
-    const auto& v = d.line->value;
-    top.resize(v.size(), 0.0);
-    const double least = v.empty() ? 0 : std::min(0.0, *std::ranges::min_element(v));
-    d.from = top;
-    for (size_t i = 0; i < v.size(); ++i) top[i] += v[i] - least;
-    d.to = top;
-    d.dash = "";
-    if (least < 0) d.name += " (above its least)";
-  }
-
-  /// Tops and bottoms of the panels: a legend beside one makes it taller, one above it lower.
+  /// Tops and bottoms of the panels: a legend beside one makes it taller, one above it lower. Many
+  /// panels with axes of time of their own stand in two columns, the first ones left.
   void place_panels() {
-    double at = look_.head;
+    if (!look_.beside && panels_.size() > most_in_column) rows_ = (panels_.size() + 1) / 2;
+    double at = look_.head, lowest = at;
     for (size_t k = 0; k < drawn_.size(); ++k) {
       auto& d = drawn_[k];
+      if (k == rows_) at = look_.head;
       if (look_.beside) {
         const double tall =
             std::max(panels_.size() == 1 ? 360.0 : 170.0, look_.row * double(d.size()) + 8);
         places_.push_back({at, at + tall});
         at += tall + look_.gap;
       } else {
-        if (d.size() == 1 && panels_[k].what.starts_with(d[0].name))
+        if (d.size() == 1 && panels_[k].what.starts_with(d[0].name + " ["))
           d[0].name = "";  // stands there
         const double rows = double(rows_above(d).size());
         const double tall = std::max(height_in_print, rows * look_.row + 80);  // of 100 names
         places_.push_back({at + 5 + rows * look_.row, at + tall - 27});
         at += tall;
       }
+      lowest = std::max(lowest, at);
     }
-    height_ = at - look_.gap + look_.foot;
+    height_ = lowest - look_.gap + look_.foot;
   }
   /// The rows of a legend above its panel: indices of lines.
   std::vector<std::vector<size_t>> rows_above(const std::vector<Drawn>& d) const {
@@ -155,7 +89,7 @@ class TracePlot {
     if (d.size() == 1 && d[0].name.empty()) return rows;
     for (size_t i = 0; i < d.size(); ++i) {
       const double need = entry_width(d[i]);
-      if (rows.empty() || need > free) {
+      if (rows.empty() || need - gap_in_legend > free) {
         rows.emplace_back();
         free = 2 * look_.right - look_.width;
       }
@@ -165,7 +99,7 @@ class TracePlot {
     return rows;
   }
   double entry_width(const Drawn& d) const {
-    return look_.swatch + 3 + text_width(d.name, look_.legend) + 4;
+    return look_.swatch + 3 + text_width(d.name, look_.legend) + gap_in_legend;
   }
 
   double scaled(double v) const { return log_ ? std::log10(v) : v; }
@@ -325,6 +259,7 @@ class TracePlot {
   bool log_time_, log_ = false;
   std::vector<std::vector<Drawn>> drawn_;
   std::vector<std::pair<double, double>> places_;
+  size_t rows_ = std::numeric_limits<size_t>::max();  ///< of the first column
   std::optional<Svg> svg_;
   double first_ = 0, last_ = 0, height_ = 0, top_ = 0, bottom_ = 0, low_ = 0, high_ = 1;
 };

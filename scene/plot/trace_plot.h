@@ -34,8 +34,8 @@ struct TracePanel {
 std::string trace_plot(const std::vector<TracePanel>& panels, const std::string& title,
                        const std::string& subtitle);
 
-/// The same for print, without a title: one column of 85 mm, 60 mm a panel, texts of 8 pt, lines
-/// that differ by their dashes.
+/// The same for print, without a title: one column of 85 mm, of more than six panels two of them,
+/// 60 mm a panel, texts of 8 pt, lines that differ by their dashes.
 std::string figure(const std::vector<TracePanel>& panels);
 
 /// A line from one entry of every vector of `rows`.

@@ -36,7 +36,7 @@ Motion motion_in(const std::filesystem::path& folder, std::int64_t most,
 /// @throws InvalidArgument if there is no run.h5
 bool has_scene(const std::filesystem::path& folder);
 
-/// The states of a run of any system, over all phases: panels "states [rad]", "momenta [N m s]",
+/// The states of a run of any system, over all phases: panels "states [rad]", "momenta [kg m^2/s]",
 /// one for each unit, with a line for each number of the series "state/..." and "momentum/...".
 /// Angles have their turns.
 /// @throws InvalidArgument as replot()

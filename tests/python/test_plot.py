@@ -66,6 +66,18 @@ def test_the_motion(run, source, tmp_path):
     refused(lambda: ph.plot(run, axes=mine), "expected what as well")
 
 
+def test_many_panels_stand_in_two_columns(run, pendulum, tmp_path):
+    axes = ph.plot(run, tmp_path / "many.png", what="motion").axes
+    left = [round(a.get_position().x0, 1) for a in axes]
+    half = -(-len(axes) // 2)
+    assert len(axes) == len(run.motion()) - 1 > 6  # but for the times
+    assert set(left[:half]) == {min(left)} and set(left[half:]) == {max(left)} and max(left) > min(left), left
+    model = ph.MechanicalModel(pendulum)
+    r = ph.simulate(model, model.state([0.3, -0.2], [0.5, 0]), step=0.01, duration=2)
+    few = ph.plot(r, tmp_path / "few.png", what="motion").axes  # the control
+    assert len({round(a.get_position().x0, 1) for a in few}) == 1
+
+
 def test_the_springs_of_actuators(source, tmp_path):
     r = ph.Scene(source / "examples/vsa_cycle/scene.toml", duration=2).run(tmp_path / "cycle", progress=False)
     m, a, k = r.motion(), 6.7328, 0.0222

@@ -109,6 +109,18 @@ TEST(MotorOutputs, TheMotionShowsTheSame) {
   EXPECT_TRUE(line("motors [rad]").empty());
 }
 
+TEST(MotorOutputs, MomentaOfMotorsAndJointsHaveOneUnit) {
+  TemporaryFolder folder;
+  const Series s(arm(folder, ""));
+  size_t momenta = 0;
+  for (const auto& block : s.assembly.model->description().blocks) {
+    if (block.momentum < 0) continue;
+    EXPECT_EQ(block.momentum_unit, "kg m^2/s") << block.name;
+    ++momenta;
+  }
+  EXPECT_EQ(momenta, 4u);  // control: two joints, two motors
+}
+
 TEST(MotorOutputs, NothingSetsTheStiffnessOfAPlainSpring) {
   TemporaryFolder folder;
   auto text = read_bytes(fs::path(PORTHOS_SOURCE_DIR) / "examples/qbmove_arm/scene.toml");

@@ -166,6 +166,31 @@ TEST(Plot, AFigureIsOfOneColumnAndItsLinesDifferByTheirDashes) {
   EXPECT_NE(svg.find("font-size=\"8\""), std::string::npos);
 }
 
+TEST(Plot, ALineHasNoNameWhereItsPanelHasIt) {
+  const auto named = [](const char* what) {
+    return std::ranges::count(texts(figure({{what, {{"m", {0, 1}, {0, 1}}}}})), "m");
+  };
+  EXPECT_EQ(named("m [rad]"), 0);
+  EXPECT_EQ(named("motors [rad]"), 1) << "the control: another name that begins alike";
+}
+
+TEST(Plot, AFigureOfManyPanelsHasTwoColumns) {
+  const auto size = [](size_t panels) {
+    std::vector<TracePanel> all(panels, {"joints [rad]", {{"a", {0, 1}, {0, 1}}}});
+    const auto svg = figure(all);
+    expect_valid(svg);
+    EXPECT_EQ(std::ranges::count(texts(svg), "joints [rad]"), long(panels));
+    tinyxml2::XMLDocument document;
+    document.Parse(svg.c_str());
+    const auto* root = document.RootElement();
+    return std::pair{std::round(std::stod(root->Attribute("width")) / 72 * 25.4),
+                     std::round(std::stod(root->Attribute("height")) / 72 * 25.4)};
+  };
+  EXPECT_EQ(size(6), std::pair(85., 360.));  // the control
+  EXPECT_EQ(size(7), std::pair(170., 240.));
+  EXPECT_EQ(size(12), std::pair(170., 360.));
+}
+
 /// Width of a text in DejaVu Sans, whose advances are in 1/1000 of its size.
 double width_in_dejavu(const std::string& text, double size) {
   static const std::map<char, double> advance{
@@ -173,7 +198,8 @@ double width_in_dejavu(const std::string& text, double size) {
       {'j', 278}, {'l', 278}, {'m', 974}, {'n', 634}, {'o', 612}, {'p', 635}, {'r', 411},
       {'s', 521}, {'t', 392}, {'u', 634}, {'w', 818}, {'_', 500}, {'1', 636}, {'2', 636},
       {'A', 684}, {'D', 770}, {'E', 632}, {'F', 575}, {'H', 752}, {'L', 557}, {'M', 863},
-      {'N', 748}, {'O', 787}, {'R', 695}, {'T', 611}, {'U', 732}, {'W', 989}};
+      {'N', 748}, {'O', 787}, {'R', 695}, {'T', 611}, {'U', 732}, {'W', 989}, {'c', 550},
+      {'g', 635}, {'q', 635}, {'v', 592}, {'.', 318}, {' ', 318}, {'(', 390}, {')', 390}};
   double sum = 0;
   for (const char c : text) sum += advance.at(c);
   return 1e-3 * size * sum;
@@ -202,9 +228,14 @@ double overlap(const std::vector<std::string>& names) {
 TEST(Plot, NamesOfALegendDoNotReachTheDashesBesideThem) {
   const std::vector<std::string> arm{"arm1_panda_joint1", "arm2_panda_joint2", "arm1_panda_joint2"},
       other{"LEFT_WHEEL_MOMENTUM", "mmm_momentum", "HEAD_ROLL", "shoulder", "wheel_1"};
+  const std::vector<std::string> works{"m.theta.torque (in)", "m.sigma.rate (in)",
+                                       "m.theta.viscous (lost)", "elbow.damper (lost)"};
   keeps("17 letters of lower case [pt]", overlap(arm), 0);
+  keeps("narrow letters [pt]", overlap(works), 0);
   keeps("capitals and wide letters [pt]", overlap(other), 0);
   // two of 17 letters stand side by side, so that there is something to reach
+  breaks("of the works, were texts a tenth wider [pt]",
+         overlap(works) + 0.1 * width_in_dejavu(works[2], 8), 0);
   breaks("the same, were texts a quarter wider [pt]",
          overlap(arm) + 0.25 * width_in_dejavu(arm[0], 8), 0);
 }

@@ -1,0 +1,88 @@
+#include "scene/plot/drawn_lines.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "scene/plot/svg.h"
+
+namespace porthos::scene {
+namespace {
+
+using colour::soft;
+
+/// In widths of a line, for readers without colours.
+constexpr std::array<const char*, most_lines> dashes_of_lines{
+    "", "4 2", "1.2 1.8", "7 2 1.2 2", "2.5 1.5", "9 3", "7 2 1.2 2 1.2 2", "1.2 3.5"};
+
+bool is_idle(const TraceLine& l) {
+  return l.stroke == Stroke::line && std::ranges::all_of(l.value, [](double v) { return v == 0; });
+}
+
+bool in_half_turns(const TraceLine& l) {
+  return std::ranges::none_of(l.value,
+                              [](double v) { return std::fabs(v) > std::numbers::pi + 1e-9; });
+}
+
+void give_style(Drawn& d, size_t next) {
+  switch (d.line->stroke) {
+    case Stroke::band:
+      d.colour = colour::lines[7];
+      break;
+    case Stroke::guide:
+      d.colour = colour::guide;
+      d.dash = dashed("4 3", d.width *= 0.8);
+      break;
+    case Stroke::limit:
+      d.colour = colour::alarm;
+      d.dash = dashed("1 2.4", d.width);
+      break;
+    default:
+      d.colour = colour::lines.at(next % most_lines);
+      // the ninth line has the colour of the first and another dash
+      d.dash = dashed(dashes_of_lines.at((next + next / most_lines) % most_lines), d.width);
+  }
+}
+
+void put_on_top(Drawn& d, std::vector<double>& top) {
+  const auto& v = d.line->value;
+  top.resize(v.size(), 0.0);
+  const double least = v.empty() ? 0 : std::min(0.0, *std::ranges::min_element(v));
+  d.from = top;
+  for (size_t i = 0; i < v.size(); ++i) top[i] += v[i] - least;
+  d.to = top;
+  d.dash = "";
+  if (least < 0) d.name += " (above its least)";
+}
+
+}  // namespace
+
+std::vector<Drawn> drawn_of(const TracePanel& p, const Look& look) {
+  std::vector<Drawn> all;
+  const auto idles = size_t(std::ranges::count_if(p.lines, is_idle));
+  const bool folded = idles > 1 && p.lines.size() > 4;
+  std::vector<double> top;
+  size_t next = 0;
+  for (const TraceLine& l : p.lines) {
+    if (folded && is_idle(l)) continue;
+    Drawn d{&l, l.name, "", "", look.stroke};
+    give_style(d, next);
+    d.wraps = p.what.ends_with("[rad]") && in_half_turns(l);
+    next += l.stroke == Stroke::line;
+    if (p.stacked) put_on_top(d, top);
+    all.push_back(std::move(d));
+  }
+  static const TraceLine nothing{};
+  if (folded) {
+    const bool others = idles < p.lines.size();
+    all.push_back({&nothing, fmt::format("{} {}: 0", idles, others ? "others" : "lines"), soft, "",
+                   look.rule});
+  }
+  if (!p.others.empty()) all.push_back({&nothing, p.others, soft, "", look.rule});
+  return all;
+}
+
+}  // namespace porthos::scene
