@@ -89,10 +89,10 @@ double drive_torque(const Drive& d, double t, double angle, double rate);
 
 /// Adds an actuator `name` to a network and joins it to an effort_in port of a joint
 /// ("<member>.<joint>.torque"), with its commands, frictions and limits. Ledger: storages
-/// "<name>.spring", "<name>.rotor", "<name>.sigma_rotor"; works by drive
-/// "<name>.theta.torque", ".controller", ".rate" or ".servo", losses "<name>.theta.viscous",
-/// ".friction", ".brake", the same of "<name>.sigma", "<name>.damping" and "<name>.damper". A drive of kind torque or rate without a command
-/// leaves its port ("<name>.theta") open for a controller.
+/// "<name>.spring", "<name>.rotor", "<name>.sigma_rotor"; works by drive "<name>.theta.torque",
+/// ".controller", ".rate" or ".servo", losses "<name>.theta.viscous", ".friction", ".brake", the
+/// same of "<name>.sigma", "<name>.damping" and "<name>.damper". A drive of kind torque or rate
+/// without a command leaves its port ("<name>.theta") open for a controller.
 /// @throws InvalidArgument as actuator_model()
 void attach(phs::Network& n, const std::string& name, const std::string& joint_port,
             const Actuator& a);

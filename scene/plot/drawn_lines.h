@@ -16,8 +16,8 @@ struct Drawn {
   std::vector<double> from = {}, to = {};  ///< of a stacked area
 };
 
-/// What of a panel is drawn, and how; what is 0 all the time comes last, in one row. The lines refer
-/// to the panel.
+/// What of a panel is drawn, and how; what is 0 all the time comes last, in one row. The lines
+/// refer to the panel.
 std::vector<Drawn> drawn_of(const TracePanel& panel, const Look& look);
 
 }  // namespace porthos::scene

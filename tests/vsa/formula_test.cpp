@@ -191,7 +191,8 @@ TEST(FormulaEnergy, WhatIsNoSpringIsRefusedWithItsPlace) {
       << "the same within the range where it is a spring";
 }
 
-// Poles between the 201 deflections, or on one of them to rounding. tan(φ/0.2): at ±0.1 π = ±0.3142 rad and on.
+// Poles between the 201 deflections, or on one of them to rounding. tan(φ/0.2): at ±0.1 π =
+// ±0.3142 rad and on.
 TEST(FormulaEnergy, APoleBetweenThePlacesIsRefused) {
   const auto why = [](const char* energy, double deflection = HUGE_VAL, bool with_sigma = false) {
     Limits l;

@@ -90,8 +90,8 @@ TEST(TableRemark, NoStiffnessBelowZeroBetweenThePlaces) {
   EXPECT_NE(why.find("with no smoothing the stiffness is -"), std::string::npos) << why;
 }
 
-/// 120 φ + 900 φ³ through a sine of ±0.3 rad, `half` N m more where φ rises and less where it falls,
-/// with noise.
+/// 120 φ + 900 φ³ through a sine of ±0.3 rad, `half` N m more where φ rises and less where it
+/// falls, with noise.
 std::vector<std::string> there_and_back(double half, double noise) {
   std::mt19937_64 generator(7);
   std::normal_distribution<double> error(0, 1);
