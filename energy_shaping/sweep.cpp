@@ -1,6 +1,7 @@
 #include "energy_shaping/sweep.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <atomic>
@@ -11,6 +12,7 @@
 #include "mechanics/crba.h"
 #include "phs/error.h"
 #include "phs/linear_algebra/dense.h"
+#include "phs/nearest.h"
 
 namespace porthos::energy_shaping {
 namespace {
@@ -175,6 +177,28 @@ std::vector<double> felt_masses(const mechanics::MechanicalModel& model,
   return felt;
 }
 
+namespace {
+
+/// The ports that are meant by their own name or by that of their joint.
+Names ports_meant(const std::vector<phs::Port>& ports, const std::vector<std::string>& names) {
+  Names meant, known;
+  for (const auto& p : ports) known.emplace_back(p.name);
+  for (const std::string& name : names) {
+    const auto port = std::ranges::find_if(
+        known, [&](std::string_view p) { return p == name || p.substr(0, p.rfind('.')) == name; });
+    if (port == known.end())
+      throw InvalidArgument(fmt::format(
+          "joint regulation is to skip '{}', expected a port or its joint, {}", name,
+          known.empty()      ? "of which there are none"
+          : known.size() > 4 ? fmt::format("as '{}', the nearest name", nearest(name, known))
+                             : fmt::format("of: {}", fmt::join(known, ", "))));
+    meant.push_back(*port);
+  }
+  return meant;
+}
+
+}  // namespace
+
 PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::vector<double> rest,
                                   double bandwidth, double damping_ratio,
                                   const std::vector<std::string>& skip) {
@@ -182,14 +206,15 @@ PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::
   if (!(bandwidth > 0) || !(damping_ratio > 0))
     throw InvalidArgument("joint regulation needs a bandwidth and a damping ratio > 0");
   const auto felt = felt_masses(model, rest);
+  const auto& ports = model.description().ports;
+  const Names skipped = ports_meant(ports, skip);
   PotentialShaping s;
   s.name = "joint regulation";
-  for (const auto& port : model.description().ports) {
+  for (const auto& port : ports) {
     if (port.size != 1) continue;
     const auto c = std::find_if(m.coordinates().begin(), m.coordinates().end(),
                                 [&](const auto& k) { return k.v == port.at && k.nq == 1; });
-    if (c == m.coordinates().end() || std::find(skip.begin(), skip.end(), port.name) != skip.end())
-      continue;
+    if (c == m.coordinates().end() || std::ranges::count(skipped, port.name)) continue;
     const auto gains = bandwidth_gains(felt[size_t(c->q)], bandwidth, damping_ratio);
     s.joints.push_back({port.name, gains.stiffness, rest[size_t(c->q)]});
     s.damping.push_back({port.name, {gains.damping}});

@@ -62,8 +62,11 @@ inline BandwidthGains bandwidth_gains(double mass, double bandwidth, double damp
 }
 
 /// Joint springs and dampers with bandwidth_gains() of felt_masses() at the rest point. For
-/// joints of one degree of freedom that are not in `skip`.
+/// joints of one degree of freedom that are not in `skip`; those have no actuator either.
 /// @param bandwidth [rad/s]
+/// @param skip  ports ("elbow.torque") or their joints ("elbow")
+/// @throws InvalidArgument for a name in `skip` that is neither, for a rest of the wrong size, and
+///   for a bandwidth or damping ratio that is not above 0
 PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::vector<double> rest,
                                   double bandwidth, double damping_ratio,
                                   const std::vector<std::string>& skip = {});

@@ -180,7 +180,8 @@ Raises InvalidArgument naming the port, link or number at fault, a force no actu
       "joint_regulation", &es::joint_regulation, arg("model"), arg("rest"), arg("bandwidth"),
       arg("damping_ratio"), arg("skip") = std::vector<std::string>{},
       R"(Joint springs and dampers of a bandwidth [rad/s] and damping ratio at the rest point: k = M_jj w^2, d = 2 zeta M_jj w,
-M_jj the mass the joint feels there while the others stand still. A PotentialShaping.)");
+M_jj the mass the joint feels there while the others stand still. A PotentialShaping. skip: joints without an actuator, which get
+neither: names of ports or of their joints, "elbow.torque" or "elbow"; another name raises InvalidArgument.)");
   py::class_<es::MatchedLoop, es::ClosedLoop, std::shared_ptr<es::MatchedLoop>>(
       m, "MatchedLoop",
       "A plant under interconnection and damping assignment (IDA-PBC): kinetic and potential "

@@ -81,5 +81,29 @@ TEST(DesignHelp, BandwidthAndDampingRatio) {
   agrees("damping ratio", -e[0].real() / 3, 0.5, 1e-12);
 }
 
+/// A joint is left out by the name of its port or its own; what is neither is refused, not ignored.
+TEST(DesignHelp, SkipsJointsByTheirNames) {
+  const auto arm = test::arm(3, 0, 0);
+  const Vec rest(3, 0.1);
+  const auto driven = [&](const std::vector<std::string>& skip) {
+    return joint_regulation(*arm, rest, 3, 0.5, skip).actuators;
+  };
+  const std::vector<std::string> two{"joint_0.torque", "joint_1.torque"};
+  EXPECT_EQ(driven({"joint_2.torque"}), two);
+  EXPECT_EQ(driven({"joint_2"}), two);
+  EXPECT_EQ(driven({}).size(), 3u);  // control
+  for (const char* wrong : {"nonsense", "joint_", "torque", ""}) try {
+      (void)driven({"joint_2", wrong});
+      ADD_FAILURE() << wrong;
+    } catch (const InvalidArgument& e) {
+      const std::string what = e.what();
+      EXPECT_NE(what.find(std::string("skip '") + wrong + "'"), what.npos) << what;
+      EXPECT_NE(what.find("of: joint_0.torque, joint_1.torque, joint_2.torque"), what.npos) << what;
+    }
+  const auto six = test::arm(6, 0, 0);
+  const auto text = refusal([&] { (void)joint_regulation(*six, Vec(6), 3, 0.5, {"join_5"}); });
+  EXPECT_NE(text.find("as 'joint_5.torque', the nearest"), text.npos) << text;
+}
+
 }  // namespace
 }  // namespace porthos::energy_shaping::sweep_test

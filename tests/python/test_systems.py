@@ -245,6 +245,8 @@ def test_regulation_of_an_arm_on_its_ports(pendulum):
     r = ph.simulate(n.build(), model.state([0, 0], [0, 0]), step=0.02, duration=12, limits={"balance": 1e-9})
     assert r.passed, str(r)
     assert np.abs(r.x[-1, :2] - [0.4, -0.2]).max() < 1e-3
+    assert es.joint_regulation(model, [0, 0], 3, 0.8, skip=["lower"]).actuators == ["upper.torque"]
+    refused(lambda: es.joint_regulation(model, [0, 0], 3, 0.8, skip=["lowr"]), "skip 'lowr'", "upper.torque, lower.torque")
     wrong = es.PotentialShaping(joints=[es.JointSpring(port="upper.torque", stiffness=1)], rest=[0.4, -0.2], actuators=["upper.torque"])
     refused(lambda: es.PotentialLoop(model, wrong), "force without actuator fails", "expected at most", "at 'lower': drive it", most=400)
 

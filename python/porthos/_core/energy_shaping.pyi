@@ -606,7 +606,8 @@ class Lqr:
 
 def joint_regulation(model: MechanicalModel, rest: list[float], bandwidth: float, damping_ratio: float, skip: list[str] = []) -> PotentialShaping:
     """Joint springs and dampers of a bandwidth [rad/s] and damping ratio at the rest point: k = M_jj w^2, d = 2 zeta M_jj w,
-    M_jj the mass the joint feels there while the others stand still. A PotentialShaping.
+    M_jj the mass the joint feels there while the others stand still. A PotentialShaping. skip: joints without an actuator, which get
+    neither: names of ports or of their joints, "elbow.torque" or "elbow"; another name raises InvalidArgument.
     """
     ...
 
