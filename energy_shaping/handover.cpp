@@ -54,15 +54,16 @@ class HandoverGate final : public phs::Gate {
     if (m[changes] == 0)
       return fmt::format(
           "controller '{}' has not handed over to '{}': its V came down to {:.4g}, "
-          "expected less than {:.4g}{}, {}",
-          from, to, m[least], basin.level, remedy(m), higher_level(m[least]));
+          "expected less than {:.4g}{}",
+          from, to, m[least], basin.level, why(m));
     if (m[last] < since * (1 - 1e-12)) return "";
     if (m[changes] == 1)
       return fmt::format("controller '{}' handed over to '{}' at {:.10g} s", from, to, m[first]);
     return fmt::format(
         "controllers '{}' and '{}' handed over {:g} times, first at {:.10g} s, last at {:.10g} s; "
-        "'{}' acts at the end",
-        from, to, m[changes], m[first], m[last], m[acts] == the_second ? to : from);
+        "'{}' acts at the end{}",
+        from, to, m[changes], m[first], m[last], m[acts] == the_second ? to : from,
+        m[acts] == the_second ? "" : tried());
   }
 
  private:
@@ -77,10 +78,21 @@ class HandoverGate final : public phs::Gate {
     m[sum_before] = m[sum];
     m[samples] = m[sum] = 0;
   }
-  std::string remedy(std::span<const double> m) const {
-    if (m[all] == 0) return fmt::format(": another bandwidth or damping of '{}'", two_->from);
-    return "; " + two_->of.remedy((m[sum] + m[sum_before]) / (m[samples] + m[before]),
-                                  m[limited] / m[all]);
+  std::string tried() const {
+    const auto& settings = two_->of.settings;
+    const std::string found = settings ? settings(two_->basin, two_->leave) : "";
+    return found.empty() ? found : ": " + found;
+  }
+  std::string why(std::span<const double> m) const {
+    if (m[all] == 0)
+      return fmt::format(": another bandwidth or damping of '{}', {}", two_->from,
+                         higher_level(m[least]));
+    const double settled = (m[sum] + m[sum_before]) / (m[samples] + m[before]),
+                 share = m[limited] / m[all];
+    const std::string cause = "; " + two_->of.cause(settled, share), found = tried();
+    if (!found.empty()) return cause + found;
+    return fmt::format("{}: {}, {}", cause, two_->of.remedy(settled, share),
+                       higher_level(m[least]));
   }
   /// Whether a level that this motion would have reached would do.
   std::string higher_level(double reached) const {

@@ -3,7 +3,9 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
+#include "energy_shaping/port_law.h"
 #include "phs/functions/gate.h"
 
 namespace porthos::energy_shaping {
@@ -15,6 +17,7 @@ struct LevelSet {
   double level = 0;
   /// Of 100 runs from where V has a higher level, how many do not come back into the level set.
   std::function<int(double higher)> lost = nullptr;
+  std::vector<PortLaw> laws = {};       ///< of the rest point; empty: not told
   static constexpr int most_lost = 20;  ///< of these 100, where a higher level may be used
 };
 
@@ -25,9 +28,12 @@ struct Progress {
     bool limited = false;  ///< the law is at its limit
   };
   std::function<At(std::span<const double> x)> at;  ///< thread-safe
-  /// The cause and the remedy, as the end of a sentence. settled: mean of the energy over the last
+  /// The cause and the remedy, as parts of a sentence. settled: mean of the energy over the last
   /// half of the samples or more; limited: share of all samples
-  std::function<std::string(double settled, double limited)> remedy;
+  std::function<std::string(double settled, double limited)> cause, remedy;
+  /// Settings that hand over, found by runs, in place of that remedy; empty: nothing is known.
+  /// Null: none are tried. For notes: seconds
+  std::function<std::string(const LevelSet& basin, double leave)> settings = nullptr;
 };
 
 /// One sampled law hands over to another when the state comes into the basin of the second, V <

@@ -37,7 +37,7 @@ void check_gains(const SwingUpGains& g) {
 JointSwingUp::JointSwingUp(std::shared_ptr<const mechanics::MechanicalModel> plant,
                            const std::string& actuator, std::vector<double> upright,
                            const SwingUpGains& gains)
-    : actuator_(actuator), data_(std::make_shared<Data>()) {
+    : actuator_(actuator), upright_(upright), data_(std::make_shared<Data>()) {
   const auto& d = plant->description();
   const auto& m = plant->mechanism();
   phs::refuse_constraints(d, "a swing-up");
@@ -51,6 +51,8 @@ JointSwingUp::JointSwingUp(std::shared_ptr<const mechanics::MechanicalModel> pla
   data_->joint = size_t(port_offsets(d, {actuator})[0]);
   data_->target = upright[data_->joint];
   data_->gains = gains;
+  if (gains.energy == 0 && gains.stiffness > 0)
+    data_->damping_ratio = gains.damping / (2 * std::sqrt(gains.stiffness));
   for (const auto& j : m.joint_properties())
     if (size_t(j.v) != data_->joint) data_->friction += j.damping;
   certificate_ = Certificate("swing-up of '" + d.name + "' by " + actuator);

@@ -34,6 +34,14 @@ struct SwingUpGains {
   std::optional<double> margin = {};
 };
 
+/// A run for which settings are tried.
+struct SwingUpRun {
+  std::vector<double> start;  ///< (q, p)
+  double duration;            ///< [s]
+  double period;              ///< of the sampled laws [s]
+  double step;                ///< of the integration, at most [s]
+};
+
 /// Swings a mechanism up by the energy that one driven joint a supplies: a cart-pole, a rotary
 /// pendulum, an acrobot, a pendubot, a pendulum. Let ΔE = H - E*, E* the energy at rest in the
 /// upright, and
@@ -81,7 +89,8 @@ class JointSwingUp {
   /// @throws InvalidArgument for a start at which plant and law both rest: it would stay for ever
   void check_start(const std::vector<double>& x) const;
   /// What a run that has not handed over tells of the law.
-  Progress progress() const;
+  /// @param run  for which it tries other settings by simulation; none: it tries nothing
+  Progress progress(const std::optional<SwingUpRun>& run = {}) const;
 
   struct Data {
     std::shared_ptr<const mechanics::MechanicalModel> plant;
@@ -93,6 +102,7 @@ class JointSwingUp {
     double soft = 0;      ///< s of a pump
     double friction = 0;  ///< sum of damping without actuator
     double margin = 0;
+    double damping_ratio = 0.3;  ///< beside a bandwidth
     /// To begin with: a twentieth of the acceleration by the limit, or ten times what friction
     /// takes, at most a half. 0: without a limit it is not known
     double first_pump = 0;
@@ -106,6 +116,7 @@ class JointSwingUp {
   void check_descent(const std::vector<double>& upright);
 
   std::string actuator_;
+  std::vector<double> upright_;
   std::shared_ptr<Data> data_;
   Certificate certificate_;
 };

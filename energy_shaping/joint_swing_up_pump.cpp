@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "energy_shaping/detail/swing_law.h"
+#include "energy_shaping/detail/swing_up_trials.h"
 #include "phs/system/random_state.h"
 
 /// The margin and the pump of a swing-up, and what a run is told of it.
@@ -161,37 +163,52 @@ void JointSwingUp::check_pump(const std::vector<double>& upright) {
                        worst.where);
 }
 
-Progress JointSwingUp::progress() const {
+Progress JointSwingUp::progress(const std::optional<SwingUpRun>& run) const {
   const auto watch = std::make_shared<const SharedLaw<SwingWatch>>(SwingWatch{data_}, 2);
   const auto at = [watch, d = data_](std::span<const double> x) {
     std::array<double, 2> seen{};
     (*watch)(0.0, x.first(size_t(d->plant->description().nx)), 0, std::span<double>(seen));
     return Progress::At{seen[0], seen[1] >= d->gains.limit};
   };
-  const auto remedy = [d = data_](double settled, double limited) {
-    const double upright = d->wanted - d->margin, missing = upright - settled;
-    std::string text =
-        fmt::format("its energy settled at {:.4g} J, {:.4g} J of the upright", settled, upright);
+  const auto cause = [d = data_](double settled, double limited) {
+    std::string text = fmt::format("its energy settled at {:.4g} J, {:.4g} J of the upright",
+                                   settled, d->wanted - d->margin);
     if (d->margin > 0) text += fmt::format(" and an energy_margin of {:.3g} J", d->margin);
     text += " wanted";
     if (d->friction > 0)
       text += fmt::format("; friction without actuator is {:g} N m s/rad", d->friction);
     if (limited > 0)
       text += fmt::format("; its limit acted at {:.2g} % of the samples", 100 * limited);
-    if (limited > 0.5) return text + ": a larger limit";
+    return text;
+  };
+  const auto remedy = [d = data_](double settled, double limited) -> std::string {
+    const double missing = d->wanted - d->margin - settled;
+    if (limited > 0.5) return "a larger limit";
     const bool pumps = d->gains.pump > 0;
     if (missing > 0.02 * d->depth && !pumps)
-      return text +
-             (d->first_pump > 0 ? fmt::format(": pump = {:g} and bandwidth = 1", d->first_pump)
-                                : ": pump and bandwidth") +
+      return (d->first_pump > 0 ? fmt::format("pump = {:g} and bandwidth = 1", d->first_pump)
+                                : "pump and bandwidth") +
              " in place of its gains";
     if (missing > 0.02 * d->depth && d->friction > 0)
-      return text + fmt::format(": energy_margin = {:.2g}", d->margin + missing);
-    if (missing < -0.1 * d->depth && d->margin > 0) return text + ": a smaller energy_margin";
-    if (missing < -0.1 * d->depth && pumps) return text + ": a smaller pump";
-    return text + (pumps ? ": another pump or bandwidth" : ": another bandwidth or damping");
+      return fmt::format("energy_margin = {:.2g}", d->margin + missing);
+    if (missing > 0.02 * d->depth) return "a larger pump or energy_margin, or a higher rate";
+    if (missing < -0.1 * d->depth && d->margin > 0) return "a smaller energy_margin";
+    if (missing < -0.1 * d->depth && pumps) return "a smaller pump";
+    return pumps ? "another pump or bandwidth" : "another bandwidth or damping";
   };
-  return {at, remedy};
+  if (!run) return {at, cause, remedy};
+  struct Once {
+    std::once_flag flag;
+    std::string words;
+  };
+  return {
+      at, cause, remedy,
+      [*this, own = *run, once = std::make_shared<Once>()](const LevelSet& basin, double leave) {
+        std::call_once(once->flag, [&] {
+          once->words = SwingUpTrials(data_, actuator_, upright_, own, basin, leave).words();
+        });
+        return once->words;
+      }};
 }
 
 }  // namespace porthos::energy_shaping

@@ -56,10 +56,14 @@ struct Lqr::Shell {
     }
     return within;
   }
-  /// dx at y.
-  void rates(std::span<const double> y, std::span<double> dx) {
+  /// u of the law at y.
+  void look(std::span<const double> y) {
     for (size_t j = 0; j < laws.size(); ++j)
       (*laws[j].law)(0.0, y, {}, std::span(u).subspan(size_t(at[j]), 1));
+  }
+  /// dx at y.
+  void rates(std::span<const double> y, std::span<double> dx) {
+    look(y);
     plant->field(0.0, y, u, dx);
   }
 
@@ -112,16 +116,26 @@ double Lqr::falling_level(const std::vector<double>& limits) const {
   return level;
 }
 
-int Lqr::lost(double level, double falling, const std::vector<double>& limits, int starts) const {
+int Lqr::lost(double level, double falling, const std::vector<double>& limits, double period,
+              int starts) const {
   Shell shell(*this, limits);
   const size_t n = shell.n;
-  const double h = fastest_ / 20;
+  // a held law's steps fill its periods
+  const double parts = std::ceil(20 * period / fastest_),
+               h = period > 0 ? period / parts : fastest_ / 20;
   std::mt19937_64 generator(1);
   RungeKutta<double> kutta(n);
   const auto returns = [&](const Direction& z) {
     if (!shell.place(level, z)) return false;
-    for (double t = 0; t < 10 * slowest_; t += h) {
-      kutta.step(h, shell.x, [&](const auto& y, auto& dx) { shell.rates(y, dx); });
+    int part = 0;
+    for (double t = 0; t < 10 * slowest_; t += h, ++part) {
+      if (period > 0 && part % int(parts) == 0) shell.look(shell.x);
+      kutta.step(h, shell.x, [&](const auto& y, auto& dx) {
+        if (period > 0)
+          shell.plant->field(0.0, y, shell.u, dx);
+        else
+          shell.rates(y, dx);
+      });
       const double V = cost_to_go(shell.x);
       if (!std::isfinite(V)) return false;
       if (V < falling) return true;

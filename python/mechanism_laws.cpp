@@ -170,12 +170,13 @@ phs::Network& hand_over(phs::Network& n, const std::string& member, const es::Jo
     throw InvalidArgument(
         "hand_over: the cost-to-go of the law that takes over falls nowhere, expected weights of "
         "every joint, larger limits, or a level");
-  const es::LevelSet basin{
-      [balance](std::span<const double> x) {
-        return balance->cost_to_go(x.first(balance->size()));
-      },
-      level.value_or(falling),
-      [balance, falling, limits](double higher) { return balance->lost(higher, falling, limits); }};
+  const es::LevelSet basin{[balance](std::span<const double> x) {
+                             return balance->cost_to_go(x.first(balance->size()));
+                           },
+                           level.value_or(falling),
+                           [balance, falling, limits, period](double higher) {
+                             return balance->lost(higher, falling, limits, period);
+                           }};
   const es::Handover gates(names.first, names.second, basin, leave, swing.progress());
   es::control(n, names.first, member, {swing.port_law()}, {.period = period, .gate = gates.from()});
   return es::control(n, names.second, member, balance->port_laws(limits),

@@ -127,7 +127,8 @@ std::map<std::string, phs::GatePtr> gates_of(const std::vector<Controller>& all,
                            c.name, *level, holds->level, by, *level, lost));
       designs[size_t(other - all.begin())].certificate.report(
           "takes over up to", *level,
-          fmt::format("of 100 runs from this level of V {} do not come back below {:.6g}: what is "
+          fmt::format("of 100 runs from this level of V, by the sampled law, {} do not come back "
+                      "below {:.6g}: what is "
                       "lost is swung up again",
                       lost, holds->level));
     }

@@ -269,6 +269,9 @@ TEST(Lqr, LosesItsCostToGoUpToTheLevelAndNotBeyond) {
   EXPECT_GT(beyond, 0);  // 0.44: the level is not far too small, shells grow by a tenth
   EXPECT_GT(level, lqr.falling_level({2}));
   EXPECT_GT(lqr.falling_level(), level);
+  // Held for a period at which the linear loop is unstable it loses most; control: for a short one.
+  EXPECT_EQ(lqr.lost(level, 0.1 * level, {4}, 0.02), 0);
+  EXPECT_GT(lqr.lost(level, 0.1 * level, {4}, 0.5), LevelSet::most_lost);  // measured 35
   // A turn more is the same state, and only with `periodic`.
   EXPECT_NEAR(value(law, {3 * pi + 0.1, 0.2}), value(law, {pi + 0.1, 0.2}), 1e-13);
   const Lqr counting(model, {"pivot.torque"}, {pi}, {{10}, {1}, {1}});
@@ -310,13 +313,24 @@ TEST(Handover, HasAHysteresisAndTellsWhatItDid) {
                       return Progress::At{x[0], x[0] > 8};
                     },
                     [](double settled, double limited) {
-                      return fmt::format("{:g} J, {:g} %: a pump", settled, 100 * limited);
-                    }};
+                      return fmt::format("{:g} J, {:g} %", settled, 100 * limited);
+                    },
+                    [](double, double) { return std::string("a pump"); }};
   const Handover seen("swing", "balance", {[](std::span<const double> x) { return x[0]; }, 1}, 4,
                       of);
   EXPECT_EQ(run(*seen.from(), {9, 9, 3, 2}).second,
             "controller 'swing' has not handed over to 'balance': its V came down to 2, expected "
             "less than 1; 2.5 J, 50 %: a pump, or a higher level");
+  // Settings that were tried stand in place of the remedy, also where the first law acts again.
+  Progress tries = of;
+  tries.settings = [](const LevelSet& basin, double leave) {
+    return fmt::format("pump at {:g} and {:g}", basin.level, leave);
+  };
+  const Handover tried("swing", "balance", {[](std::span<const double> x) { return x[0]; }, 1}, 4,
+                       tries);
+  EXPECT_TRUE(run(*tried.from(), {9, 9, 3, 2}).second.ends_with("; 2.5 J, 50 %: pump at 1 and 4"));
+  EXPECT_TRUE(run(*tried.from(), {3, 0.5, 5}).second.ends_with("acts at the end: pump at 1 and 4"));
+  EXPECT_TRUE(run(*tried.from(), V).second.ends_with("'balance' acts at the end"));
   EXPECT_EQ(run(*h.to(), V).second, "");
   EXPECT_EQ(run(*h.to(), {NAN, 0.5, NAN}).first, "-oo");  // a lost state changes nothing
   const auto always = [](std::span<const double>) { return 1.0; };

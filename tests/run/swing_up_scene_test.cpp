@@ -46,6 +46,62 @@ std::string refusal(const std::string& name, const std::vector<Change>& changes,
   return "";
 }
 
+/// The lines of a scene that a note names between two of its parts.
+std::string settings_in(const std::string& note,
+                        const std::string& before = "in runs of the mechanism alone ",
+                        const std::string& behind = " hands over at ") {
+  const size_t at = note.find(before), end = note.find(behind);
+  if (at == note.npos || end == note.npos) return "none = 0";
+  std::string lines = note.substr(at + before.size(), end - at - before.size());
+  lines = lines.substr(0, lines.find(" in place"));
+  for (size_t k; (k = lines.find(", ")) != lines.npos;) lines.replace(k, 2, "\n");
+  return lines + "\n";
+}
+/// A rotary pendulum of 0.25 kg and 0.12 kg without friction, 0.3 N m, at a rate [Hz]. gains: those
+/// of its swing-up.
+scene::Scene without_friction(const TemporaryFolder& folder, int rate, const std::string& gains) {
+  write_bytes(folder / "free.urdf", R"(<robot name="free"><link name="stand"/>
+<link name="arm"><inertial><origin xyz="0.1 0 0"/><mass value="0.25"/>
+<inertia ixx="1e-6" iyy="8e-4" izz="8e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="rod"><inertial><origin xyz="0 0 -0.15"/><mass value="0.12"/>
+<inertia ixx="9e-4" iyy="9e-4" izz="1e-6" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="turn" type="continuous"><parent link="stand"/><child link="arm"/>
+<axis xyz="0 0 1"/></joint>
+<joint name="swing" type="continuous"><parent link="arm"/><child link="rod"/>
+<origin xyz="0.2 0 0"/><axis xyz="1 0 0"/></joint></robot>)");
+  write_bytes(folder / "scene.toml", fmt::format(R"([model]
+urdf = "free.urdf"
+base = "fixed"
+[environment]
+gravity = "uniform"
+vector = [0, 0, -9.81]
+[initial]
+joints.swing = {{ position = 0.01 }}
+[[controller]]
+type = "lqr"
+name = "hold"
+rate = {0}
+joints.turn = {{ target = 0, position = 0.3, speed = 0.01, effort = 100, limit = 0.3, periodic = true }}
+joints.swing = {{ target = 3.141592653589793, position = 1, speed = 0.01, actuated = false, periodic = true }}
+[integrator]
+method = "gauss8"
+step = 0.002
+[run]
+duration = 30
+record_every = 0.02
+[[controller]]
+type = "swing_up"
+name = "up"
+rate = {0}
+drives = "turn"
+joints.turn = {{ target = 0 }}
+joints.swing = {{ target = 3.141592653589793 }}
+limit = 0.3
+then = "hold"
+{1})",
+                                                 rate, gains));
+  return scene::read_scene((folder / "scene.toml").string());
+}
 /// A rotary pendulum of 0.26 kg and 0.128 kg with friction in both pivots, at 250 Hz. gains: those
 /// of its swing-up.
 scene::Scene with_friction(const TemporaryFolder& folder, const std::string& gains) {
@@ -183,15 +239,11 @@ TEST(SwingUpScene, WithFrictionTheNotesLeadToTheUpright) {
   EXPECT_TRUE(has(handover_of(gains),
                   "0.1971 J of the upright wanted; friction without actuator is "
                   "0.0008 N m s/rad"));
-  EXPECT_TRUE(has(handover_of(gains), ": pump = 25 and bandwidth = 1 in place of its gains"));
-  const std::string pump = "pump = 25.0\nbandwidth = 1.0\n";
-  const auto s = with_friction(folder, pump);
-  const std::string low = handover_of(run_of(s)), key = "level = ";
-  ASSERT_TRUE(has(low, key));
-  const double level = std::stod(low.substr(low.find(key) + key.size()));
-  std::printf("  the note names level = %g\n", level);  // 0.41
-  const std::string named = pump + key + std::to_string(level) + "\n";
-  const auto r = run_of(with_friction(folder, named));
+  EXPECT_TRUE(has(handover_of(gains), " in place of its gains hands over at "));
+  const std::string named = settings_in(handover_of(gains));
+  std::printf("  the note names %s", named.c_str());  // pump = 25, bandwidth = 1, level = 0.73
+  const auto s = with_friction(folder, named);
+  const auto r = run_of(s);
   EXPECT_TRUE(r.passed());
   EXPECT_TRUE(has(handover_of(r), "controller 'pump' handed over to 'hold' at "));
   std::printf("  %.3g from the upright\n", from_upright(r, 1));
@@ -214,7 +266,8 @@ TEST(SwingUpScene, WithoutFrictionTheNoteNamesAPumpThatWorks) {
   for (const char* bandwidth : {"3", "8", "20"}) {
     const auto gains = run_of(light_wheel(folder, std::string("bandwidth = ") + bandwidth + "\n"));
     EXPECT_FALSE(gains.passed());
-    EXPECT_TRUE(has(handover_of(gains), ": pump = 730 and bandwidth = 1 in place of its gains"));
+    EXPECT_TRUE(
+        has(handover_of(gains), " pump = 730, bandwidth = 1 in place of its gains hands over at "));
   }
   const auto pumped = [&](double pump) {
     return run_of(light_wheel(folder, fmt::format("bandwidth = 1\npump = {:g}\n", pump)));
@@ -227,9 +280,43 @@ TEST(SwingUpScene, WithoutFrictionTheNoteNamesAPumpThatWorks) {
   const auto above = pumped(4000);
   EXPECT_FALSE(above.passed());
   EXPECT_TRUE(has(handover_of(above), "0.62 J of the upright wanted"));
-  EXPECT_TRUE(has(handover_of(above), ": a smaller pump"));
+  EXPECT_TRUE(has(handover_of(above), " pump = 730, bandwidth = 1 hands over at "));
   test::breaks("control, four thousand",
                std::fabs(std::remainder(above.final_state.x[0] - pi, 2 * pi)), 1e-3);
+}
+
+/// What a note names after runs of the sampled laws does it in the scene, too: at rates at which a
+/// held torque takes energy, from the certificate's pump and from gains. Control: before it not.
+TEST(SwingUpScene, TheSettingsOfTheNoteHandOver) {
+  TemporaryFolder folder;
+  for (const int rate : {100, 500})
+    for (const char* gains : {"bandwidth = 1\npump = 3.3\n", "bandwidth = 8\n"}) {
+      const auto low = run_of(without_friction(folder, rate, gains));
+      EXPECT_FALSE(low.passed());
+      const std::string named = settings_in(handover_of(low));
+      EXPECT_TRUE(has(named, "pump = ")) << handover_of(low);
+      const auto r = run_of(without_friction(folder, rate, named));
+      EXPECT_TRUE(r.passed()) << named << handover_of(r);
+      EXPECT_TRUE(has(handover_of(r), "controller 'up' handed over to 'hold' at "));
+      test::keeps(fmt::format("rod from the upright, {} Hz", rate),
+                  std::fabs(std::remainder(r.final_state.x[1] - pi, 2 * pi)), 1e-3);
+      test::breaks("control, before", std::fabs(std::remainder(low.final_state.x[1] - pi, 2 * pi)),
+                   1e-3);
+    }
+}
+
+/// Where none does in the duration, the note says what is missing, here time. Control: with that it
+/// hands over.
+TEST(SwingUpScene, WhereNoSettingsDoTheNoteSaysWhatIsMissing) {
+  TemporaryFolder folder;
+  auto brief = without_friction(folder, 100, "bandwidth = 1\npump = 3.3\n");
+  brief.duration = 2.5;
+  const std::string note = handover_of(run_of(brief));
+  EXPECT_TRUE(has(note, "settings of pump, energy_margin and level hands over and holds"));
+  const auto named = settings_in(note, "in three times the duration ", " reaches the level");
+  auto longer = without_friction(folder, 100, named);
+  longer.duration = 3 * brief.duration;
+  EXPECT_TRUE(has(handover_of(run_of(longer)), "handed over")) << named;
 }
 
 TEST(SwingUpScene, TheRotaryPendulumGoesUpAgainstFriction) {

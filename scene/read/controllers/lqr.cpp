@@ -57,7 +57,10 @@ ControllerDesign design_lqr(const Controller& c, const ControllerPlant& plant,
   if (level > 0)
     made.holds = {
         [lqr](std::span<const double> x) { return lqr->cost_to_go(x.first(lqr->size())); }, level,
-        [lqr, level, limits](double higher) { return lqr->lost(higher, level, limits); }};
+        [lqr, level, limits, period = c.rate > 0 ? 1 / c.rate : 0](double higher) {
+          return lqr->lost(higher, level, limits, period);
+        },
+        made.laws};
   return made;
 }
 

@@ -32,7 +32,13 @@ ControllerDesign design_swing_up(const Controller& c, const ControllerPlant& pla
   if (!plant.scene.random && !plant.scene.start_from)
     swing.check_start(plant.model->state(start, rates));
   ControllerDesign made{{swing.port_law()}, swing.certificate()};
-  made.progress = swing.progress();
+  // not of cases: an ensemble of failing ones would take its time
+  const bool one_start = !plant.scene.random && !plant.scene.start_from && !plant.scene.of_case;
+  made.progress = one_start && c.rate > 0
+                      ? swing.progress(energy_shaping::SwingUpRun{
+                            plant.model->state(start, rates), plant.scene.duration, 1 / c.rate,
+                            plant.scene.step > 0 ? plant.scene.step : 1 / c.rate})
+                      : swing.progress();
   return made;
 }
 
