@@ -275,9 +275,18 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
     options.region.upper[i] += o.rest[i];
   }
   options.region.rate = o.rate;
-  return std::make_shared<MatchedLoop>(std::move(plant), shaping(std::move(design)),
-                                       std::vector<std::string>{o.actuator},
-                                       std::vector<double>{o.rest[0], o.rest[1]}, options);
+  options.refuse = false;
+  auto loop = std::make_shared<MatchedLoop>(std::move(plant), shaping(std::move(design)),
+                                            std::vector<std::string>{o.actuator},
+                                            std::vector<double>{o.rest[0], o.rest[1]}, options);
+  const CertificateItem* fails = loop->certificate().failure();
+  if (fails && fails->name == "matching, potential energy")
+    refuse(o, fmt::format("V_d of degree {} misses the matching within half_width = {:g} by "
+                          "{:.2g}, expected at most {:.2g}: take a smaller half_width or a higher "
+                          "degree",
+                          o.degree, o.half_width, fails->value, fails->bound));
+  refuse_failure(loop->certificate());
+  return loop;
 }
 
 }  // namespace porthos::energy_shaping

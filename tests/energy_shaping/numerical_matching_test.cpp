@@ -45,6 +45,45 @@ NumericalMatching pendubot() {
   return o;
 }
 
+/// A rotary pendulum of 0.25 kg and 0.12 kg that hangs at 0; torque at the arm.
+test::ModelPtr rotary_pendulum() {
+  mechanics::MechanismBuilder b("rotary");
+  b.gravity({0, 0, -9.81});
+  mechanics::BodySpec arm, rod;
+  arm.name = "arm";
+  arm.parent = "world";
+  arm.joint.name = "turn";
+  arm.joint.type = "revolute";
+  arm.joint.axis = {0, 0, 1};
+  arm.mass.mass = 0.25;
+  arm.mass.com = {0.1, 0, 0};
+  arm.mass.inertia = {1e-6, 0, 0, 8e-4, 0, 8e-4};
+  rod.name = "rod";
+  rod.parent = "arm";
+  rod.joint.name = "swing";
+  rod.joint.type = "revolute";
+  rod.joint.axis = {1, 0, 0};
+  rod.placement.r = {0.2, 0, 0};
+  rod.mass.mass = 0.12;
+  rod.mass.com = {0, 0, -0.15};
+  rod.mass.inertia = {9e-4, 0, 0, 9e-4, 0, 1e-6};
+  b.add(arm).add(rod);
+  return std::make_shared<mechanics::MechanicalModel>(
+      std::make_shared<mechanics::Mechanism>(b.build()));
+}
+NumericalMatching rotary() {
+  NumericalMatching o;
+  o.name = "rotary";
+  o.actuator = "turn.torque";
+  o.ratio = 2;
+  o.half_width = 0.6;
+  o.ku = 0.072;
+  o.kv = 0.29;
+  o.determinant = 0.0136;
+  o.rest = {0, std::acos(-1.0)};
+  return o;
+}
+
 TEST(NumericalMatching, Pendubot) {
   const auto loop = numerical_matching(two_links(), pendubot());
   const auto& c = loop->certificate();
@@ -126,6 +165,24 @@ TEST(NumericalMatching, RestsWhereItIsTold) {
   const auto below = numerical_matching(hanging, low);
   EXPECT_NE(below->certificate().item("rest without the law").text.find("a pendulum hangs there"),
             std::string::npos);
+}
+
+/// Near the place where the column of M_d degenerates the polynomials of V_d do not suffice: the
+/// refusal names what helps. Control: each of both does.
+TEST(NumericalMatching, APotentialThatIsNotResolvedIsTold) {
+  const auto got = [](double half_width, int degree) {
+    auto o = rotary();
+    o.half_width = half_width;
+    o.degree = degree;
+    return refusal([&] { (void)numerical_matching(rotary_pendulum(), o); });
+  };
+  const std::string why = got(1, 60);
+  std::printf("  %s\n", why.c_str());
+  EXPECT_NE(why.find("of degree 60 misses the matching within half_width = 1 by "), why.npos);
+  EXPECT_NE(why.find("take a smaller half_width or a higher degree"), why.npos);
+  EXPECT_LE(why.size(), 220u);
+  EXPECT_EQ(got(0.8, 60), "");
+  EXPECT_EQ(got(1, 200), "");
 }
 
 TEST(NumericalMatching, RefusesWithTheReason) {
