@@ -37,7 +37,7 @@ std::string place(const std::vector<double>& at, const std::vector<std::string>&
 std::vector<std::pair<std::string, std::string>> failures(const Certificate& c) {
   std::vector<std::pair<std::string, std::string>> all;
   for (const auto& i : c.items())
-    if (i.finding == Finding::fails) all.emplace_back(i.name, remedy(i.name));
+    if (i.finding == Finding::fails) all.emplace_back(i.name, remedy(i));
   return all;
 }
 
@@ -157,12 +157,16 @@ std::string Certificate::json() const {
                    : i.finding == Finding::fails ? "fails"
                                                  : "reported";
     if (!std::isnan(i.bound)) e["bound"] = number(i.bound);
-    if (i.finding == Finding::fails && !remedy(i.name).empty()) e["remedy"] = remedy(i.name);
+    if (i.finding == Finding::fails && !remedy(i).empty()) e["remedy"] = remedy(i);
     for (const double x : i.numbers) e["numbers"].push_back(number(x));
     for (const double x : i.at) e["at"].push_back(number(x));
     j["items"].push_back(std::move(e));
   }
   return j.dump(2) + "\n";
+}
+
+std::string remedy(const CertificateItem& item) {
+  return item.help.empty() ? remedy(item.name) : item.help;
 }
 
 std::string remedy(const std::string& condition) {
@@ -185,7 +189,6 @@ std::string remedy(const std::string& condition) {
       {"Hessian of V_d > 0",
        "raise the stiffness of the coordinate named; of a matched design try another ratio, of the "
        "other sign too"},
-      {"Hessian of V_d >= 0", "raise the stiffness of the coordinate named"},
       {"Hessian of H_d > 0", "raise the stiffness of the joint named"},
       {"Hessian of H_d >= 0", "raise the stiffness of the controller"},
       {"Riccati equation", "no actuator reaches a motion that does not decay: drive another joint"},

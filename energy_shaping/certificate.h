@@ -18,6 +18,8 @@ struct CertificateItem {
   std::string text;                                         ///< what was checked, in a few words
   std::vector<double> numbers;                              ///< further figures: eigenvalues, ...
   std::vector<double> at;  ///< state or coordinates of the worst value; may be empty
+  /// What to do where it fails, in place of that of its condition; empty: that of its condition
+  std::string help = {};
 };
 
 /// The verified conditions of a closed loop, and how they were verified.
@@ -39,6 +41,9 @@ class Certificate {
                 std::vector<double> at = {});
   void report(const std::string& name, double value, const std::string& text,
               std::vector<double> numbers = {}, std::vector<double> at = {});
+
+  /// What to do where the item that was added last fails, in place of that of its condition.
+  void help(std::string what) { items_.back().help = std::move(what); }
 
   /// No item fails.
   bool holds() const { return failure() == nullptr; }
@@ -67,5 +72,7 @@ class Certificate {
 /// What to do where the condition of this name fails, in one sentence, that of a run for each of
 /// its names; empty: the text of the item says it.
 std::string remedy(const std::string& condition);
+/// The same of an item, by its `help` if it has one.
+std::string remedy(const CertificateItem& item);
 
 }  // namespace porthos::energy_shaping

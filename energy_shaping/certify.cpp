@@ -108,6 +108,7 @@ class LimitReached {
         }
     }
   }
+  double level() const { return rest_ + least_; }  ///< H_d, infinite where none was reached
   std::string text(double depth) const {
     if (limits_.empty()) return "";
     return least_ < depth ? fmt::format("; it acts from c - H_d(rest) = {:.3g} up", least_)
@@ -122,8 +123,9 @@ class LimitReached {
   double rest_, least_ = HUGE_VAL;
 };
 
-void inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& basin,
-                     const Vec& limits, Certificate& c) {
+/// Returns the H_d from which the limits act.
+double inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& basin,
+                       const Vec& limits, Certificate& c) {
   const auto law = loop.loop<double>();
   std::mt19937_64 generator(region.seed + 2);
   Vec u(size_t(loop.plant().description().nu)), at, peaks(loop.actuated().size());
@@ -157,6 +159,7 @@ void inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& 
                        share.empty() ? "" : "; ", share) +
                reached.text(basin.depth),
            {}, at);
+  return reached.level();
 }
 
 /// H_d of each start against the level c of the basin. Where V_d stays below c on the straight way
@@ -191,6 +194,7 @@ Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
   rate_of_energy(loop, o.region, c);
   linearised(loop, c);
   held_joints(loop, c);
+  double limited_from = HUGE_VAL;
   if (n <= 3 && !has_quaternions(loop)) {
     const auto points = critical_points(loop, o.region);
     int minima = 0;
@@ -217,9 +221,9 @@ Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
            b.at});
     c.report("basin, c", b.level, "");
     starts_in_basin(loop, o, b, c);
-    if (!empty) inputs_on_basin(loop, o.region, b, o.run.limits, c);
+    if (!empty) limited_from = inputs_on_basin(loop, o.region, b, o.run.limits, c);
   }
-  certify_runs(loop, o, c);
+  certify_runs(loop, o, limited_from, c);
   return c;
 }
 

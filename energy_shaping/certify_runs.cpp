@@ -84,7 +84,8 @@ std::string of_start(const CertifyOptions& o, size_t s) {
   return o.starts.size() > 1 ? fmt::format(", start {}", s + 1) : "";
 }
 
-void certify_runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
+void certify_runs(const ClosedLoop& loop, const CertifyOptions& o, double limited_from,
+                  Certificate& c) {
   const double rest = loop.instantiate<double>()->hamiltonian(loop.rest());
   HeldOffset offset(loop);
   // Near the rest point both energies are alike; ten times leaves room for a V_d that is not
@@ -126,6 +127,11 @@ void certify_runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& 
              {},
              lost ? Vec(r.x.back().begin(), r.x.back().begin() + long(loop.rest().size() / 2))
                   : Vec{}});
+      if (r.H.front() > limited_from)
+        c.help(
+            fmt::format("the limit acts from H_d = {:.4g} and the start has {:.4g}: raise the "
+                        "limit, or start below that level",
+                        limited_from, r.H.front()));
       // With a hold H_d may rise; with the law in continuous time it must not.
       const double allowed = 1e-11 * std::max(H0, std::fabs(rest));
       const std::string rise = name + ", rise of H_d";

@@ -32,7 +32,7 @@ std::vector<int> port_offsets(const phs::Description& plant,
 void refuse_failure(const Certificate& certificate) {
   const CertificateItem* i = certificate.failure();
   if (!i) return;
-  const std::string what = remedy(i->name);
+  const std::string what = remedy(*i);
   throw InvalidArgument(
       fmt::format("{}: {} fails: {:.4g}, expected {} {:.3g} ({}){}", certificate.title(), i->name,
                   i->value, i->value > i->bound || std::isnan(i->value) ? "at most" : "at least",

@@ -146,6 +146,25 @@ phs::Description describe(const mechanics::MechanicalModel& model, const Potenti
   return d;
 }
 
+/// What to do where the Hessian of V_d in q has a negative eigenvalue. K: nq × nq
+std::string help_of_saddle(const mechanics::Mechanism& m, const Parts& p,
+                           const std::vector<double>& K) {
+  const auto nq = size_t(m.nq());
+  const mechanics::JointCoordinates* softest = nullptr;
+  double least = HUGE_VAL;
+  for (const auto& c : m.coordinates())
+    if (c.nq == 1 && K[size_t(c.q) * (nq + 1)] < least) {
+      least = K[size_t(c.q) * (nq + 1)];
+      softest = &c;
+    }
+  if (!softest) return "raise the stiffness of the springs";
+  if (p.actuated[size_t(softest->v)])
+    return fmt::format("raise the stiffness at '{}'", softest->joint);
+  return fmt::format(
+      "'{}' {} there and nothing drives it: choose a rest where it hangs, or raise the stiffness",
+      softest->joint, least < 0 ? "stands up" : "is the softest");
+}
+
 std::vector<double> rest_state(const mechanics::MechanicalModel& m, const PotentialShaping& s) {
   require_size("rest", s.rest.size(), size_t(m.mechanism().nq()));
   auto x = s.rest;
@@ -226,8 +245,11 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
     worst.certify(certificate_, scale, shaping.tolerance,
                   "potential matching, relative, 500 random coordinates",
                   parts_.compensate
-                      ? "drive it, or keep the model's gravity and springs (gravity = \"keep\", in "
-                        "programs compensate = false), whose compensation acts there"
+                      ? "drive it, or keep the model's gravity and springs (gravity = \"keep\" or "
+                        "\"constant\", in programs compensate = false, constant_compensation = "
+                        "true)"
+                  : shaping.constant_compensation
+                      ? "drive it, or choose a rest at which it hangs"
                       : "drive it, or hold only what the actuators reach",
                   at);
   std::vector<double> e(2 * nq);
@@ -242,8 +264,13 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
   stiffness = std::max(stiffness, std::fabs(curvature.back()));
   certificate_.at_most("rest point", slope / stiffness, shaping.tolerance,
                        "gradient of H_d over its greatest curvature");
+  if (!shaping.compensate && !shaping.constant_compensation && m.has_gravity())
+    certificate_.help(
+        "gravity pulls elsewhere: balance it at the rest by gravity = \"constant\", in programs "
+        "constant_compensation = true, or move the springs' rests or the rest point");
   certificate_.at_least("Hessian of V_d >= 0", curvature.front() / stiffness, -shaping.tolerance,
                         "least eigenvalue at the rest point, relative");
+  certificate_.help(help_of_saddle(m, parts_, K));
   int free = 0;
   for (const double k : curvature) free += std::fabs(k) <= 1e-9 * stiffness;
   std::string names;

@@ -11,6 +11,8 @@ std::string share_of_limits(const std::vector<double>& peak, const std::vector<d
 /// ", start 2", where there are several.
 std::string of_start(const CertifyOptions& o, size_t s);
 /// The runs of the plant from each start, and on the other plants.
-void certify_runs(const ClosedLoop& loop, const CertifyOptions& options, Certificate& certificate);
+/// @param limited_from  H_d from which the limits act; infinite: not known
+void certify_runs(const ClosedLoop& loop, const CertifyOptions& options, double limited_from,
+                  Certificate& certificate);
 
 }  // namespace porthos::energy_shaping

@@ -350,6 +350,14 @@ TEST(Certify, LimitsOfTheInputsActInTheRuns) {
   const auto from = [](const std::string& text) {
     return std::stod(text.substr(text.find("(rest) = ") + 9));
   };
+  // The start is inside the basin, and beyond where the limit acts.
+  const auto helps = [](const Certificate& c, const char* part) {
+    return remedy(c.item("run, continuous")).find(part) != std::string::npos;
+  };
+  EXPECT_TRUE(says(limited, "basin, H_d", "inside the basin"));
+  EXPECT_TRUE(helps(limited, "the limit acts from H_d = "));
+  EXPECT_TRUE(helps(free, "start where H_d is below the basin's c"));
+  EXPECT_FALSE(helps(free, "the limit acts"));
   const double level = from(limited.item("input on the basin").text);
   EXPECT_GT(level, 0);
   EXPECT_LT(level, limited.item("basin, c - H_d(rest)").value);

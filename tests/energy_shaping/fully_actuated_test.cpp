@@ -109,6 +109,50 @@ TEST(FullyActuated, ConstantCompensationNeedsStiffness) {
   keeps("plant under the law against the target", law_against_target(stiff), 1e-12);
   const auto why = refusal([&] { PotentialLoop(model, with(5)); });
   EXPECT_NE(why.find("Hessian of V_d >= 0 fails"), std::string::npos) << why;
+  EXPECT_NE(why.find("raise the stiffness at 'joint_"), std::string::npos) << why;
+}
+
+/// Two links in a vertical plane of which only the first is driven: each refusal names what helps,
+/// and with it the loop is certified.
+TEST(FullyActuated, AHangingJointWithoutActuatorIsHelped) {
+  mechanics::MechanismBuilder b("plane");
+  b.gravity({0, 0, -9.81});
+  for (const char* name : {"upper", "lower"}) {
+    mechanics::BodySpec s;
+    s.name = name;
+    s.parent = name[0] == 'u' ? "world" : "upper";
+    s.joint.name = std::string(name) + "_joint";
+    s.joint.type = "revolute";
+    s.joint.axis = {0, 1, 0};
+    s.placement.r = {name[0] == 'u' ? 0.0 : 0.4, 0, 0};
+    s.mass.mass = 1;
+    s.mass.com = {0.2, 0, 0};
+    s.mass.inertia = {1e-3, 0, 0, 0.02, 0, 0.02};
+    b.add(s);
+  }
+  const auto model = std::make_shared<mechanics::MechanicalModel>(
+      std::make_shared<mechanics::Mechanism>(b.build()));
+  const auto why = [&](double lower, bool compensate, bool constant, double k = 20) {
+    PotentialShaping s;
+    s.rest = {0.3, lower - 0.3};
+    s.joints = {{"upper_joint.torque", k, 0.3}};
+    s.damping = {{"upper_joint.torque", {3}}};
+    s.actuators = {"upper_joint.torque"};
+    s.compensate = compensate;
+    s.constant_compensation = constant;
+    return refusal([&] { PotentialLoop(model, s); });
+  };
+  const double hangs = std::acos(0.0);
+  const auto says = [](const std::string& text, const char* part) {
+    EXPECT_NE(text.find(part), text.npos) << text;
+  };
+  EXPECT_EQ(why(hangs, false, true), "");
+  says(why(hangs, true, false), "at 'lower_joint': drive it, or keep the model's gravity");
+  says(why(hangs, true, false), "constant_compensation = true");
+  says(why(hangs, false, false), "rest point fails");
+  says(why(hangs, false, false), "constant_compensation = true");
+  says(why(0.2, false, true), "choose a rest at which it hangs");
+  says(why(-hangs, false, true), "'lower_joint' stands up there and nothing drives it");
 }
 
 TEST(FullyActuated, TaskSpaceOfARedundantArm) {
