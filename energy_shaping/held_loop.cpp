@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "energy_shaping/derivatives.h"
+#include "mechanics/crba.h"
 #include "phs/linear_algebra/linear_algebra.h"
 #include "phs/scalars/derivative.h"
+#include "phs/system/constraints.h"
 
 namespace porthos::energy_shaping {
 namespace {
@@ -45,20 +46,59 @@ double radius(const HeldLoop& of, double h, int delay) {
 
 }  // namespace
 
+LinearPlant linear_plant(const phs::Model& plant, std::span<const double> x,
+                         std::span<const double> u) {
+  const auto& d = plant.description();
+  phs::refuse_constraints(d, "a linearisation");
+  require_size("x", x.size(), size_t(d.nx));
+  if (!u.empty()) require_size("u", u.size(), size_t(d.nu));
+  LinearPlant of{Matrix(d.nx, d.nx), Matrix(d.nx, d.nu)};
+  const auto system = plant.instantiate<phs::Dual>();
+  std::vector<phs::Dual> at(x.begin(), x.end()), in(u.begin(), u.end()), dx(x.size());
+  in.resize(size_t(d.nu));
+  const auto column = [&](Matrix& M, size_t j) {
+    system->field(phs::Dual(0.0), at, in, dx);
+    for (size_t i = 0; i < dx.size(); ++i) M(int(i), int(j)) = dx[i].d;
+  };
+  phs::along_each(at, [&](size_t j) { column(of.A, j); });
+  phs::along_each(in, [&](size_t j) { column(of.B, j); });
+  return of;
+}
+
+LinearPlant linear_plant_in_rates(const mechanics::MechanicalModel& plant,
+                                  std::span<const double> q, std::span<const double> u) {
+  const auto& m = plant.mechanism();
+  for (const auto& c : m.coordinates())
+    if (c.nq != 1)
+      throw InvalidArgument("a linearisation in rates takes joints of one degree of freedom; '" +
+                            c.joint + "' has several");
+  const int n = m.nq();
+  require_size("q", q.size(), size_t(n));
+  std::vector<double> x(q.begin(), q.end());
+  x.resize(2 * x.size(), 0.0);
+  const LinearPlant of = linear_plant(plant, x, u);
+  // at rest δp = M δv
+  Matrix in = Matrix::identity(2 * n), out = in;
+  mechanics::Workspace<double> w(m);
+  std::vector<double> mass(size_t(n) * size_t(n));
+  mechanics::crba<double>(m, w, q, mass);
+  for (int j = 0; j < n; ++j) {
+    std::vector<double> unit(size_t(n), 0.0);
+    unit[size_t(j)] = 1;
+    const auto column = phs::linear_solve(size_t(n), mass, unit);
+    for (int i = 0; i < n; ++i) {
+      in(n + i, n + j) = mass[size_t(i + n * j)];
+      out(n + i, n + j) = column[size_t(i)];
+    }
+  }
+  return {out * of.A * in, out * of.B};
+}
+
 HeldLoop held_loop(const phs::Model& plant, const std::vector<PortLaw>& laws,
                    std::span<const double> x) {
   const auto& d = plant.description();
-  const int n = d.nx;
-  HeldLoop loop{Matrix(n, n), Matrix(n, d.nu), Matrix(d.nu, n)};
-  loop.A.a = field_jacobian(plant, x);
-  const auto system = plant.instantiate<double>();
-  std::vector<double> u(size_t(d.nu)), dx(x.size());
-  for (int k = 0; k < d.nu; ++k) {
-    u[size_t(k)] = 1;
-    system->apply_input(x, u, dx);
-    u[size_t(k)] = 0;
-    for (int i = 0; i < n; ++i) loop.B(i, k) = dx[size_t(i)];
-  }
+  auto [A, B] = linear_plant(plant, x);
+  HeldLoop loop{std::move(A), std::move(B), Matrix(d.nu, d.nx)};
   std::vector<phs::Dual> at(x.begin(), x.end());
   for (const PortLaw& law : laws) {
     const auto& port = find_named(d.ports, law.port, "there is no port");

@@ -4,10 +4,29 @@
 
 #include "energy_shaping/certificate.h"
 #include "energy_shaping/port_law.h"
+#include "mechanics/mechanical_model.h"
 #include "phs/linear_algebra/matrix.h"
 #include "phs/system/system.h"
 
 namespace porthos::energy_shaping {
+
+/// x' = A x + B u about a state.
+struct LinearPlant {
+  phs::Matrix A, B;  ///< n × n, n × m
+};
+
+/// A plant, its springs and dampers included, linearised at (x, u) and at time 0 by duals: exact to
+/// rounding. In (q, p) of a mechanism.
+/// @param x  as many numbers as the plant's state
+/// @param u  of all its inputs; empty: 0
+/// @throws InvalidArgument for other numbers, and for constraints
+LinearPlant linear_plant(const phs::Model& plant, std::span<const double> x,
+                         std::span<const double> u = {});
+
+/// The same of a mechanism at rest at q, in (q, q').
+/// @throws InvalidArgument also for joints of several degrees of freedom
+LinearPlant linear_plant_in_rates(const mechanics::MechanicalModel& plant,
+                                  std::span<const double> q, std::span<const double> u = {});
 
 /// x' = A x + B u under u = -K x, which a sampled controller holds over its periods.
 struct HeldLoop {

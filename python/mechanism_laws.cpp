@@ -2,6 +2,7 @@
 #include <pybind11/stl.h>
 
 #include "energy_shaping/handover.h"
+#include "energy_shaping/held_loop.h"
 #include "energy_shaping/joint_swing_up.h"
 #include "energy_shaping/lqr.h"
 #include "energy_shaping/numerical_matching.h"
@@ -186,6 +187,35 @@ phs::Network& hand_over(phs::Network& n, const std::string& member, const es::Jo
 }  // namespace
 
 void bind_mechanism_laws(py::module_& core) {
+  core.def(
+      "linearise",
+      [](const std::shared_ptr<const phs::Model>& model, const py::object& x, const py::object& u,
+         bool rates) {
+        const auto& d = model->description();
+        const auto at = numbers("x", x, size_t(d.nx));
+        const auto in = u.is_none() ? Numbers{} : numbers("u", u, size_t(d.nu));
+        const auto mechanism = std::dynamic_pointer_cast<const mechanics::MechanicalModel>(model);
+        const size_t n = at.size() / 2;
+        if (rates && (!mechanism ||
+                      std::any_of(at.begin() + long(n), at.end(), [](double p) { return p != 0; })))
+          throw InvalidArgument(
+              "linearise: rates=True is given for a network or a motion, expected a "
+              "MechanicalModel at rest");
+        const es::LinearPlant of =
+            rates ? es::linear_plant_in_rates(*mechanism, std::span(at).first(n), in)
+                  : es::linear_plant(*model, at, in);
+        const auto array = [](const phs::Matrix& M) {
+          return as_array(M.a, Shape{py::ssize_t(M.rows), py::ssize_t(M.cols)});
+        };
+        return py::make_tuple(array(of.A), array(of.B));
+      },
+      arg("model"), arg("x"), arg("u") = py::none(), py::kw_only(), arg("rates") = false,
+      R"(A and B of dx' = A dx + B du about a state, exact to rounding: a tuple of arrays (nx, nx) and (nx, nu).
+
+model: any without closed loops, a mechanism or a network; springs and dampers of joints and elements are part of it. x: the
+state, (nx,), of a mechanism (q, p), as model.state(q, v) makes it; u: the inputs there, (nu,), None: 0. rates: of a
+MechanicalModel at rest, in (q, q') in place of (q, p). Raises InvalidArgument for other numbers, for closed loops, and with rates
+for a state that moves, joints of several degrees of freedom, and other models.)");
   py::module_ m = core.attr("energy_shaping");
   bind_numerical_matching(m);
   bind_swing_up(m);

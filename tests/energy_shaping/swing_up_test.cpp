@@ -9,6 +9,7 @@
 #include <random>
 
 #include "energy_shaping/handover.h"
+#include "energy_shaping/held_loop.h"
 #include "energy_shaping/joint_swing_up.h"
 #include "energy_shaping/lqr.h"
 #include "tests/energy_shaping/robots.h"
@@ -185,6 +186,30 @@ TEST(Lqr, TellsItsGains) {
   EXPECT_GT(std::fabs(k.numbers[1] - lqr.gains()(0, 1)), 0.05 * std::fabs(k.numbers[1]));
   EXPECT_NE(k.text.find("pivot "), std::string::npos) << k.text;
   EXPECT_NE(k.text.find("pivot' "), std::string::npos) << k.text;
+}
+
+/// The upright pendulum with friction 0.3 and u* at an angle where gravity needs it: θ'' = 9.81/1.1
+/// cos(0.2) θ - 0.3/1.1 θ' + u/1.1 in closed form; in (q, p) its columns are those of the momenta.
+TEST(LinearPlant, IsThatOfThePendulumInMomentaAndRates) {
+  const double I = 1.1, g = 9.81 * std::cos(0.2), d = 0.3;
+  const auto model = pendulum(d);
+  const std::vector<double> q{pi + 0.2}, u{9.81 * std::sin(pi + 0.2)};
+  const auto in_rates = linear_plant_in_rates(*model, q, u);
+  const auto in_momenta = linear_plant(*model, std::vector<double>{q[0], 0}, u);
+  const double rates[4] = {0, 1, g / I, -d / I}, momenta[4] = {0, 1 / I, g, -d / I};
+  for (size_t k = 0; k < 4; ++k) {
+    EXPECT_NEAR(in_rates.A.a[k], rates[k], 1e-13);
+    EXPECT_NEAR(in_momenta.A.a[k], momenta[k], 1e-13);
+  }
+  EXPECT_NEAR(in_rates.B(1, 0), 1 / I, 1e-14);
+  EXPECT_NEAR(in_momenta.B(1, 0), 1, 1e-14);
+  EXPECT_EQ(in_rates.B(0, 0), 0);
+  // A joint of several degrees of freedom has no rates of its coordinates alone.
+  EXPECT_NE(words_of([&] {
+              (void)linear_plant_in_rates(*test::free_body(), std::vector<double>(7));
+            }).find("one degree of freedom"),
+            std::string::npos);
+  EXPECT_NE(words_of([&] { (void)linear_plant(*model, q); }).find("expected 2"), std::string::npos);
 }
 
 /// The pendulum about the upright, θ'' = 9.81/1.1 θ + u/1.1 with u = -K (θ, p) held for h: the
