@@ -38,4 +38,13 @@ struct NumericalMatching {
 /// polynomials do not resolve the functions, or MatchedLoop refuses
 LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& options);
 
+/// The options with ku, kv and determinant, and with the ratio if it is 0, whose loop, linearised at
+/// the rest point, has a bandwidth ω [rad/s] and a damping ratio twice. The ratio alone decides on ω:
+///   ω² = (K_rr + ρ K_rs)/(M_rr + ρ M_rs),  K = ∂²V/∂q²,
+/// so of another one the nearest are found. By a search over six decades. For set-up: some 100 ms
+/// @throws InvalidArgument for a plant that is not of two coordinates, numbers that are not above
+///   0, and a ratio with which no gains make the rest point attract
+NumericalMatching numerical_matching_gains(const phs::Model& plant, NumericalMatching options,
+                                           double bandwidth, double damping_ratio);
+
 }  // namespace porthos::energy_shaping

@@ -59,6 +59,38 @@ where the polynomials do not resolve the functions, and for residuals above the 
 Source: after Auckly, Kapitanski, White 2000.)");
 }
 
+void bind_numerical_gains(py::module_& m) {
+  m.def(
+      "numerical_matching_gains",
+      [](const std::shared_ptr<const phs::Model>& plant, double bandwidth, double damping_ratio,
+         double ratio, int unactuated, double scale, const Numbers& rest) {
+        require_size("rest", rest.size(), 2);
+        es::NumericalMatching o;
+        o.unactuated = unactuated;
+        o.ratio = ratio;
+        o.scale = scale;
+        o.rest = {rest[0], rest[1]};
+        {
+          const py::gil_scoped_release released;
+          o = es::numerical_matching_gains(*plant, o, bandwidth, damping_ratio);
+        }
+        py::dict gains;
+        gains["ratio"] = o.ratio;
+        gains["ku"] = o.ku;
+        gains["kv"] = o.kv;
+        gains["determinant"] = o.determinant;
+        return gains;
+      },
+      arg("plant"), py::kw_only(), arg("bandwidth"), arg("damping_ratio") = 0.7, arg("ratio") = 0.0,
+      arg("unactuated") = 1, arg("scale") = 1.0, arg("rest") = Numbers{0, 0},
+      R"(ratio, ku, kv and determinant of numerical_matching() by a bandwidth [rad/s] and a damping ratio: a dict, as in
+numerical_matching(plant, actuator=..., **numerical_matching_gains(plant, bandwidth=7)).
+
+The loop linearised at the rest point has both twice. The ratio alone decides on the bandwidth: of one that is given (not 0) the
+nearest are found. The other arguments are those of numerical_matching. Raises InvalidArgument for numbers that are not above 0, and
+where no gains make the rest point attract. Cost: some 100 ms.)");
+}
+
 void bind_swing_up(py::module_& m) {
   using Swing = es::JointSwingUp;
   py::class_<Swing, std::shared_ptr<Swing>>(
@@ -218,6 +250,7 @@ MechanicalModel at rest, in (q, q') in place of (q, p). Raises InvalidArgument f
 for a state that moves, joints of several degrees of freedom, and other models.)");
   py::module_ m = core.attr("energy_shaping");
   bind_numerical_matching(m);
+  bind_numerical_gains(m);
   bind_swing_up(m);
   bind_lqr(m);
   m.def(

@@ -167,6 +167,34 @@ TEST(NumericalMatching, RestsWhereItIsTold) {
             std::string::npos);
 }
 
+/// Gains by bandwidth and damping ratio: the loop that is made with them has both twice, and
+/// the ratio follows. Controls: the defaults, and a ratio that attracts nowhere.
+TEST(NumericalMatching, GainsByBandwidth) {
+  const auto model = rotary_pendulum();
+  const auto furthest = [&](const NumericalMatching& o) {
+    const auto n = numerical_matching(model, o)->certificate().item("modes").numbers;
+    double far = 0;
+    for (size_t i = 0; i < n.size(); i += 2) {
+      std::printf("  %.3f rad/s, %.3f\n", n[i], n[i + 1]);
+      far = std::max(far, std::fabs(std::log(n[i] / 7)) + std::fabs(n[i + 1] - 0.7));
+    }
+    return far;
+  };
+  auto plain = rotary();
+  plain.ku = 100;
+  plain.kv = plain.determinant = 1;
+  plain.ratio = 0;
+  const auto found = numerical_matching_gains(*model, plain, 7, 0.7);
+  std::printf("  ku %.4g, kv %.4g, determinant %.4g\n", found.ku, found.kv, found.determinant);
+  keeps("furthest mode, logarithm and difference", furthest(found), 1e-2);  // a double pole
+  agrees("ratio of 7 rad/s", found.ratio, (-0.12 * 9.81 * 0.15 / 49 - 0.0036) / -0.0036, 1e-12);
+  plain.ratio = 2;
+  breaks("control: the defaults", furthest(plain), 1);
+  plain.ratio = 0.1;
+  const auto why = refusal([&] { (void)numerical_matching_gains(*model, plain, 7, 0.7); });
+  EXPECT_NE(why.find("expected another ratio"), why.npos) << why;
+}
+
 /// Near the place where the column of M_d degenerates the polynomials of V_d do not suffice: the
 /// refusal names what helps. Control: each of both does.
 TEST(NumericalMatching, APotentialThatIsNotResolvedIsTold) {

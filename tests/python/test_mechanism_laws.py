@@ -1,4 +1,7 @@
 """Laws designed for mechanisms made in Python: matching by formulas and by quadratures, swing-up and balance."""
+
+from math import pi
+
 import numpy as np
 import pytest
 
@@ -130,3 +133,23 @@ def test_what_a_swing_up_needs_is_told(furuta):
     n = ph.Network("furuta")
     n.add("arm", furuta)
     refused(lambda: es.hand_over(n, "arm", swing, balance, period=0), "period is not above 0")
+
+
+def test_a_linearisation_in_rates_is_that_of_forward_dynamics(furuta):
+    q, none = [0, pi], [0, 0]
+    A, B = ph.linearise(furuta, furuta.state(q, none), rates=True)
+    _, by_q, by_v, inverse = ph.aba_derivatives(furuta.mechanism, np.array(q), np.zeros(2), np.zeros(2))
+    assert np.allclose(A[2:], np.hstack([by_q, by_v]), rtol=1e-10, atol=1e-9) and np.allclose(A[:2], np.eye(4)[2:])
+    assert np.allclose(B[2:], inverse[:, : B.shape[1]], rtol=1e-10)
+    p = ph.linearise(furuta, furuta.state(q, none))[0]
+    assert np.abs(p - A).max() > 1  # control: of momenta it is another
+    refused(lambda: ph.linearise(furuta, furuta.state(q, [0, 1]), rates=True), "at rest")
+    refused(lambda: ph.linearise(furuta, [0, 0]), "x")
+
+
+def test_gains_of_a_numerical_matching_by_bandwidth(furuta):
+    gains = es.numerical_matching_gains(furuta, bandwidth=10, damping_ratio=0.7, rest=[0, pi])
+    loop = es.numerical_matching(furuta, actuator="turn.torque", half_width=0.4, rest=[0, pi], **gains)
+    found = np.reshape(loop.certificate.item("modes").numbers, (-1, 2))
+    assert np.abs(found - [10, 0.7]).max() < 0.05
+    refused(lambda: es.numerical_matching_gains(furuta, bandwidth=0, rest=[0, pi]), "above 0")
