@@ -24,6 +24,7 @@ LinearPlant linear_plant(const phs::Model& plant, std::span<const double> x,
                          std::span<const double> u = {});
 
 /// The same of a mechanism at rest at q, in (q, q').
+/// @param u  of all its inputs; empty: 0
 /// @throws InvalidArgument also for joints of several degrees of freedom
 LinearPlant linear_plant_in_rates(const mechanics::MechanicalModel& plant,
                                   std::span<const double> q, std::span<const double> u = {});

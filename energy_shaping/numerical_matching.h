@@ -38,9 +38,10 @@ struct NumericalMatching {
 /// polynomials do not resolve the functions, or MatchedLoop refuses
 LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& options);
 
-/// The options with ku, kv and determinant, and with the ratio if it is 0, whose loop, linearised at
-/// the rest point, has a bandwidth ω [rad/s] and a damping ratio twice. The ratio alone decides on ω:
-///   ω² = (K_rr + ρ K_rs)/(M_rr + ρ M_rs),  K = ∂²V/∂q²,
+/// The options with ku, kv and determinant, and with the ratio if it is 0, whose loop, linearised
+/// at the rest point, has a bandwidth ω [rad/s] and a damping ratio twice. The ratio alone decides
+/// on ω: with K = ∂²V/∂q²,
+///   ω² = (K_rr + ρ K_rs)/(M_rr + ρ M_rs),
 /// so of another one the nearest are found. By a search over six decades. For set-up: some 100 ms
 /// @throws InvalidArgument for a plant that is not of two coordinates, numbers that are not above
 ///   0, and a ratio with which no gains make the rest point attract
