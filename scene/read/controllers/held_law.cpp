@@ -16,17 +16,18 @@ std::string certify_held(energy_shaping::Certificate& certificate, const Control
   x.resize(size_t(plant.model->description().nx), 0.0);
   energy_shaping::Certificate own;
   certify_sampled(own, held_loop(*plant.model, laws, x), 1 / c.rate, c.sensing.delay);
-  const auto& [name, finding, value, bound, text, numbers, at] = own.items().front();
+  const energy_shaping::CertificateItem& item = own.items().front();
   const bool alone = plant.scene.elements.empty() && plant.scene.actuators.empty();
   if (alone || own.holds()) {
-    certificate.add(own.items().front());
+    certificate.add(item);
     energy_shaping::refuse_failure(certificate);
     return "";
   }
-  certificate.report(name, value, text + "; without the elements and actuators of the scene");
+  certificate.report(item.name, item.value,
+                     item.text + "; without the elements and actuators of the scene");
   return fmt::format(
       "'{}' would be unstable without the scene's elements and actuators: {:.4g} is the {}", c.name,
-      value, text);
+      item.value, item.text);
 }
 
 }  // namespace porthos::scene
