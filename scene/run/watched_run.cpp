@@ -54,6 +54,7 @@ WatchedRun::WatchedRun(const Scene& scene, const Assembly& assembly,
       meter_(assembly),
       outputs_(scene, assembly),
       stop_values_(scene, assembly),
+      end_rates_(assembly),
       view_(assembly),
       layout_(scene, assembly),
       row_(layout_.size()),
@@ -110,15 +111,24 @@ void WatchedRun::begin() {
 }
 
 void WatchedRun::step() {
+  const bool may_record = !fixed_ || steps_.at_record(state_.step + 1);
+  const double from = time();
+  if (may_record) before_ = state_;
   outcome_ = fixed_ ? fixed_step() : controlled_step();
   if (outcome_ != Outcome::ok) return;
   ledger_.book(integrator_->port_work());
   note_impacts();
   stop_values_.see(time(), state_);
+  if (may_record && at_record()) see_rates(from);
   if (at_record() || ended())
     record();
   else
     look();
+}
+
+/// @param from  when the step began [s]
+void WatchedRun::see_rates(double from) {
+  if (end_rates_.any()) end_rates_.see(before_, state_, time() - from);
 }
 
 void WatchedRun::note_impacts() {
@@ -173,7 +183,6 @@ Outcome WatchedRun::fixed_step() {
 /// A step chosen by the step control; a step that would pass an event or the end is repeated up to
 /// it.
 Outcome WatchedRun::controlled_step() {
-  before_ = state_;
   const auto r = events_->step(state_, scene_.duration);
   until_ = r.event;
   return r.outcome;
@@ -263,6 +272,7 @@ void WatchedRun::remember() {
   good_.ledger = ledger_;
   good_.impacts = impacts_.size();
   good_.stop_values = stop_values_.memory();
+  good_.end_rates = end_rates_.memory();
 }
 
 void WatchedRun::recall() {
@@ -272,6 +282,7 @@ void WatchedRun::recall() {
   ledger_ = good_.ledger;
   impacts_.resize(good_.impacts);
   stop_values_.restore(good_.stop_values);
+  end_rates_.restore(good_.end_rates);
   window_.restart();
 }
 
@@ -282,7 +293,8 @@ void WatchedRun::save(Checkpoint& c) const {
   c.cost = integrator_->cost();
   c.statistics = ledger_.memory();
   const auto extrema = window_.memory();
-  for (const auto* part : {&extrema, &stop_values_.memory(), &std::as_const(impacts_)})
+  for (const auto* part :
+       {&extrema, &stop_values_.memory(), &end_rates_.memory(), &std::as_const(impacts_)})
     c.statistics.insert(c.statistics.end(), part->begin(), part->end());
   c.statistics.push_back(double(impacts_.size()));
 }
@@ -294,15 +306,18 @@ void WatchedRun::restore(const Checkpoint& c) {
   state_ = c.state;
   restore_memory(c.memory);
   integrator_->set_cost(c.cost);
-  const size_t extrema = window_.memory().size(), stops = stop_values_.memory().size();
+  const size_t extrema = window_.memory().size(), stops = stop_values_.memory().size(),
+               rates = end_rates_.memory().size();
   auto statistics = std::span<const double>(c.statistics);
   const double stored = statistics.empty() ? 0 : statistics.back();
   const size_t impacts = size_t(whole<std::int64_t>(stored, 0, double(statistics.size())));
-  if (const size_t least = extrema + stops + impacts + 1; statistics.size() < least)
+  if (const size_t least = extrema + stops + rates + impacts + 1; statistics.size() < least)
     require_size("statistics of the checkpoint", statistics.size(), least);
   statistics = statistics.first(statistics.size() - 1);
   restore_impacts(statistics.last(impacts));
   statistics = statistics.first(statistics.size() - impacts);
+  end_rates_.restore(statistics.last(rates));
+  statistics = statistics.first(statistics.size() - rates);
   stop_values_.restore(statistics.last(stops));
   statistics = statistics.first(statistics.size() - stops);
   ledger_.restore(statistics.first(statistics.size() - extrema));

@@ -10,6 +10,7 @@
 #include "scene/assemble/outputs.h"
 #include "scene/assemble/steps.h"
 #include "scene/run/checkpoint.h"
+#include "scene/run/end_rates.h"
 #include "scene/run/ledger.h"
 #include "scene/run/run_report.h"
 #include "scene/run/stop_values.h"
@@ -79,6 +80,7 @@ class WatchedRun {
   bool at_record() const;
   integrators::Outcome fixed_step();
   integrators::Outcome controlled_step();
+  void see_rates(double from);
   void fill_ledgers();
   std::span<const double> react();
   void look();
@@ -106,12 +108,13 @@ class WatchedRun {
   std::optional<phs::Reactions> reactions_;  ///< of loops and couplings
   Outputs outputs_;
   StopValues stop_values_;
+  EndRates end_rates_;
   WorldView view_;  ///< records are in the world frame
   RecordLayout layout_;
   std::vector<double> row_, ledgers_;
   const Measured unmeasured_{};
   Window window_;
-  phs::State state_, before_;  ///< before_: start of the last step, if steps vary
+  phs::State state_, before_;  ///< before_: start of the last step that may end at a record
   const Steps steps_;          ///< if they are fixed
   const double end_;           ///< [s]
   Ledger ledger_;
@@ -121,7 +124,7 @@ class WatchedRun {
     integrators::Cost cost;
     Ledger ledger;
     size_t impacts = 0;
-    std::vector<double> stop_values = {};
+    std::vector<double> stop_values = {}, end_rates = {};
   } good_;  ///< the last record
   /// Power and time of the first impacts of every contact, and how many there were by power.
   std::vector<double> impacts_;

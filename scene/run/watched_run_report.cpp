@@ -127,6 +127,7 @@ void WatchedRun::add_notes(RunReport& r) const {
         scene_.method));
   }
   if (r.space) add(notes_on_reach(*r.space));
+  end_rates_.fill(r);
   if (monitor_ && !monitor_->text().empty()) r.notes.push_back(monitor_->text());
 }
 
