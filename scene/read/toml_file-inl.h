@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -86,5 +87,7 @@ toml::table parse_toml(std::string_view text, const File& file);
 
 /// Replaces the numbers of a key, see variation.h. @throws InvalidArgument if it has no place
 void replace(toml::table& root, const std::string& key, const std::vector<double>& values);
+/// The number of such a key, if there is one.
+std::optional<double> number_at(const toml::table& root, const std::string& key);
 
 }  // namespace porthos::scene

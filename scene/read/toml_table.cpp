@@ -1,5 +1,6 @@
 #include "scene/read/toml_table-inl.h"
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <optional>
@@ -90,41 +91,116 @@ static std::string listed_places(const toml::array& array, const std::string& na
   return places;
 }
 
+namespace {
+
+/// A part of a key: a name, and the place in the array of this name.
+struct KeyPart {
+  std::string name;
+  std::optional<size_t> place = {};
+  size_t end = 0;  ///< in the key, behind the part
+};
+
+/// Where the name ends that begins in a key at `from`, in a table of tables or numbers by name:
+/// names of links and joints of a robot have dots, "target.hinge". Behind that of a table a key of
+/// it is known; the longest such name counts.
+size_t end_of_name(const std::string& key, size_t from, const std::string& table) {
+  bool by_name = false;
+  Names inner;
+  for (const SchemaTable& t : schema())
+    for (const SchemaKey& k : t.keys) {
+      if (k.kind != SchemaKey::Kind::named || k.name != table) continue;
+      if (k.count == 1) return key.size();
+      by_name = true;
+      for (const SchemaKey& known : schema_of(k.table)->keys) inner.push_back(known.name);
+    }
+  const size_t first = std::min(key.find('.', from), key.size());
+  if (!by_name || first == key.size()) return first;
+  for (size_t dot = key.rfind('.'); dot > from; dot = key.rfind('.', dot - 1)) {
+    const auto next = std::string_view(key).substr(dot + 1);
+    if (std::ranges::count(inner, next.substr(0, next.find_first_of(".["))) > 0) return dot;
+    if (dot == first) break;
+  }
+  return key.rfind('.');
+}
+
+/// Takes the place in brackets off the name of a part.
+void take_place(KeyPart& part) {
+  std::string& name = part.name;
+  const size_t open = name.find('[');
+  if (open == name.npos || name.back() != ']') return;
+  size_t n = 0;
+  const char *const first = name.data() + open + 1, *const last = name.data() + name.size() - 1;
+  const auto [rest, error] = std::from_chars(first, last, n);
+  if (error != std::errc() || rest != last)
+    throw std::string("expected a whole number in the brackets, from 0");
+  part.place = n;
+  name.resize(open);
+}
+
+/// The parts of a key. A part in quotes may hold any letters. @throws std::string: why it has none
+std::vector<KeyPart> parts_of(const std::string& key) {
+  std::vector<KeyPart> parts;
+  for (size_t begin = 0; begin <= key.size(); begin = parts.back().end + 1) {
+    KeyPart part;
+    if (const char q = begin < key.size() ? key[begin] : '.'; q == '"' || q == '\'') {
+      const size_t close = key.find(q, begin + 1);
+      if (close == key.npos) throw std::string("expected a second quote");
+      part.name = key.substr(begin + 1, close - begin - 1);
+      part.end = close + 1;
+      if (part.end < key.size() && key[part.end] != '.')
+        throw std::string("expected a dot behind the second quote");
+    } else {
+      part.end = end_of_name(key, begin, parts.empty() ? "" : parts.back().name);
+      part.name = key.substr(begin, part.end - begin);
+      take_place(part);
+    }
+    if (part.name.empty()) throw std::string("expected tables and keys with dots between them");
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+}  // namespace
+
+std::optional<double> number_at(const toml::table& root, const std::string& key) {
+  const toml::node* at = &root;
+  try {
+    for (const KeyPart& part : parts_of(key)) {
+      at = at && at->is_table() ? at->as_table()->get(part.name) : nullptr;
+      if (at && part.place) at = at->is_array() ? at->as_array()->get(*part.place) : nullptr;
+    }
+  } catch (const std::string&) {
+    return {};
+  }
+  return at ? at->value<double>() : std::nullopt;
+}
+
 void replace(toml::table& root, const std::string& key, const std::vector<double>& values) {
   const auto nowhere = [&](const std::string& why) {
     throw InvalidArgument(fmt::format("there is no '{}' in the scene: {}", key, why));
   };
-  static const std::string of_joints = "initial.joints.";
   toml::array numbers;
   for (const double v : values) numbers.push_back(v);
+  std::vector<KeyPart> parts;
+  try {
+    parts = parts_of(key);
+  } catch (const std::string& why) {
+    nowhere(why);
+  }
   toml::node* at = &root;
-  for (size_t begin = 0; begin <= key.size();) {
-    // The name of a robot's joint has dots: "initial.joints.target.hinge.velocity".
-    const bool joint = begin == of_joints.size() && key.starts_with(of_joints);
-    const size_t dot = joint ? key.rfind('.') : begin;
-    const size_t end = dot > begin ? dot : std::min(key.find('.', begin), key.size());
-    std::string name = key.substr(begin, end - begin);
-    std::optional<size_t> place;
-    if (const size_t open = name.find('['); open != std::string::npos && name.back() == ']') {
-      size_t n = 0;
-      const char *const first = name.data() + open + 1, *const last = name.data() + name.size() - 1;
-      const auto [rest, error] = std::from_chars(first, last, n);
-      if (error != std::errc() || rest != last)
-        nowhere("expected a whole number in the brackets, from 0");
-      place = n;
-      name.resize(open);
-    }
+  size_t before = 0;  // the end of the part before
+  for (const KeyPart& part : parts) {
+    const auto& [name, place, end] = part;
     toml::table* table = at->as_table();
-    if (at->is_array() && begin > 0)
-      nowhere("expected one of " + listed_places(*at->as_array(), key.substr(0, begin - 1)));
-    if (!table || name.empty()) nowhere("expected tables and keys with dots between them");
-    const bool whole = end == key.size() && !place;
-    if (whole && values.size() == 1) {
-      table->insert_or_assign(name, values[0]);
-      return;
-    }
-    if (whole) {
-      table->insert_or_assign(name, numbers);
+    if (at->is_array() && before > 0)
+      nowhere("expected one of " + listed_places(*at->as_array(), key.substr(0, before)));
+    if (!table) nowhere("expected tables and keys with dots between them");
+    before = end;
+    if (&part == &parts.back() && !place) {
+      if (values.size() == 1)
+        table->insert_or_assign(name, values[0]);
+      else
+        table->insert_or_assign(name, numbers);
       return;
     }
     if (!table->contains(name)) {
@@ -134,18 +210,16 @@ void replace(toml::table& root, const std::string& key, const std::vector<double
         table->insert(name, toml::table{});
     }
     at = table->get(name);
-    if (place) {
-      toml::array* array = at->as_array();
-      if (!array) nowhere(fmt::format("'{}' is {}, expected an array", name, found(*at)));
-      if (*place >= array->size())
-        nowhere(fmt::format("'{}' has the places 0 to {}", name, int(array->size()) - 1));
-      if (end == key.size()) {
-        array->replace(array->cbegin() + long(*place), values[0]);
-        return;
-      }
-      at = array->get(*place);
+    if (!place) continue;
+    toml::array* array = at->as_array();
+    if (!array) nowhere(fmt::format("'{}' is {}, expected an array", name, found(*at)));
+    if (*place >= array->size())
+      nowhere(fmt::format("'{}' has the places 0 to {}", name, int(array->size()) - 1));
+    if (&part == &parts.back()) {
+      array->replace(array->cbegin() + long(*place), values[0]);
+      return;
     }
-    begin = end + 1;
+    at = array->get(*place);
   }
 }
 

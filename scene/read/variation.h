@@ -10,8 +10,9 @@ namespace porthos::scene {
 
 /// New numbers for a key of the scene. The key consists of its tables and keys with dots between
 /// them and array indices in brackets, from 0: "initial.joints.joint_1.velocity",
-/// "initial.base.angular_velocity[2]", "element[0].stiffness". Several numbers replace a whole
-/// array.
+/// "initial.base.angular_velocity[2]", "element[0].stiffness". Where a table has names
+/// of links or joints as its keys, dots belong to them: "model.mass_factor.target.bus"; a part may
+/// be in quotes. Several numbers replace a whole array.
 struct Replacement {
   std::string key;
   std::vector<double> values;

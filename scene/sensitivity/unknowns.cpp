@@ -234,7 +234,7 @@ void Unknowns::add_key(const std::string& name, const std::string& key, const As
         known.empty() ? ""
                       : "; the elements are " + listed(known, [](const auto& n) { return n; })));
   const toml::table root = parse_toml(scene_.text, File{scene_.path});
-  const auto value = root.at_path(key).value<double>();
+  const auto value = number_at(root, key);
   if (!value)
     throw InvalidArgument(fmt::format(
         "{}the parameter '{}' is no number of the scene, expected one that it states, to start "

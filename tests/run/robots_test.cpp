@@ -4,7 +4,9 @@
 
 #include <cmath>
 
+#include "scene/read/changed_scene.h"
 #include "scene/read/scene_texts.h"
+#include "scene/sensitivity/unknowns.h"
 #include "scene/session/memory_run.h"
 #include "tests/run/shipped.h"
 
@@ -291,6 +293,45 @@ TEST(Robots, StartsOfATargetDifferFromCaseToCase) {
   EXPECT_TRUE(says(why,
                    "robot 'r' is fixed to the world, a part of the model that stays as it is: "
                    "expected a robot with base = \"free\", or another scene"));
+}
+
+// Where names are the keys of a table their dots belong to them.
+TEST(Robots, NumbersByTheNamesOfATargetsLinks) {
+  TemporaryFolder folder;
+  const std::string keys = moving_arm + swinging + target;
+  const auto s = scene_of(folder, "mass_factor.\"target.bus\" = 1.5\n" + keys);
+  const auto mass_of = [](const scene::Scene& of) {
+    return scene::assemble(of).mechanism->total_mass();
+  };
+  const double mass = mass_of(s), bus = 8;
+  for (const char* key : {"model.mass_factor.target.bus", "model.mass_factor.\"target.bus\"",
+                          "model.mass_factor.'target.bus'"}) {
+    const scene::Replacement r{key, {2}};
+    keeps(key, std::fabs(mass_of(scene::read_variation(s, {&r, 1})) - mass - 0.5 * bus), 1e-13);
+    keeps(std::string(key) + ", changed",
+          std::fabs(mass_of(scene::read_changed(s.path, {&r, 1})) - mass - 0.5 * bus), 1e-13);
+  }
+  const scene::Replacement panel{"model.mass_factor.target.panel", {3}};  // not in the file
+  keeps("panel", std::fabs(mass_of(scene::read_variation(s, {&panel, 1})) - mass - 2 * 2), 1e-13);
+  const scene::Replacement own{"model.inertia.target.bus.mass", {1}};
+  EXPECT_TRUE(scene::read_variation(s, {&own, 1}).urdf.link_inertia.contains("target.bus"));
+  for (const char* key : {"model.mass_factor.\"target.bus", "model.\"mass_factor\"x.y"}) {
+    const scene::Replacement r{key, {2}};
+    EXPECT_TRUE(says(test::refusal([&] {
+                       (void)scene::read_variation(s, {&r, 1});
+                     }),
+                     "quote"))
+        << key;
+  }
+  const scene::Ensemble e(scene_of(
+      folder, keys + "[ensemble]\ncases = 3\n[ensemble.vary]\n\"model.mass_factor.target.bus\" = "
+                     "{ uniform = [0.8, 1.5] }\n"));
+  scene::EnsembleOptions o;
+  o.out = (folder / "masses").string();
+  o.threads = 1;
+  EXPECT_EQ(scene::run_ensemble(e, o).passed, 3);
+  const scene::Unknowns u(s, scene::assemble(s), {"model.mass_factor.target.bus"});
+  EXPECT_EQ(u.list().at(0).start, 1.5);
 }
 
 }  // namespace porthos::test::robots_test
