@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "apps/verdict.h"
 #include "scene/files/text_table.h"
+#include "scene/run/stop_values.h"
 
 namespace porthos::apps {
 
@@ -43,6 +46,13 @@ std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport&
                           event.time.quantiles[6], event.time.quantiles[3]));
   for (const auto& [why, count] : r.failures) text += fmt::format("{} cases: {}\n", count, why);
   std::vector<std::string> failed;
+  for (const scene::Stop& stop : e.scene().stops) {
+    if (!stop.is_requirement()) continue;
+    const auto known = std::ranges::find(r.failed_checks, scene::name_of_check(stop),
+                                         &std::pair<std::string, std::int64_t>::first);
+    text += fmt::format("{}: does not hold in {} of {} cases\n", scene::name_of_check(stop),
+                        known == r.failed_checks.end() ? 0 : known->second, r.cases);
+  }
   for (const auto& [check, count] : r.failed_checks)
     failed.push_back(fmt::format("{} {}", check, count));
   if (!failed.empty()) text += fmt::format("failed: {}\n", fmt::join(failed, ", "));

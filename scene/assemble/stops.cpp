@@ -43,10 +43,17 @@ StopValue::StopValue(const Scene& scene, const Assembly& assembly, const Stop& s
   refuse_held(stop, needed_, assembly);
 }
 
+std::vector<const Stop*> ending_stops(const Scene& scene) {
+  std::vector<const Stop*> all;
+  for (const Stop& stop : scene.stops)
+    if (stop.ends) all.push_back(&stop);
+  return all;
+}
+
 std::vector<integrators::Event> stop_events(const Scene& scene, const Assembly& assembly) {
   std::vector<integrators::Event> all;
-  for (const Stop& stop : scene.stops) {
-    auto value = std::make_shared<StopValue>(scene, assembly, stop);
+  for (const Stop* stop : ending_stops(scene)) {
+    auto value = std::make_shared<StopValue>(scene, assembly, *stop);
     auto state = std::make_shared<phs::State>(assembly.model->description(), assembly.initial.x);
     all.push_back({[value, state](double t, std::span<const double> x) {
                      std::copy(x.begin(), x.end(), state->x.begin());

@@ -41,7 +41,9 @@ class StopValue {
   Outputs outputs_;
 };
 
-/// The [[stop]]s of a scene as events of its assembly, in their order: each g rises beyond 0.
+/// The [[stop]]s of a scene that end its run, in their order. The scene must outlive them.
+std::vector<const Stop*> ending_stops(const Scene& scene);
+/// Those as events of its assembly: each g rises beyond 0.
 /// Scene and assembly must outlive them.
 /// @throws InvalidArgument as StopValue
 std::vector<integrators::Event> stop_events(const Scene& scene, const Assembly& assembly);

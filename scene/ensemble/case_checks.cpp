@@ -24,7 +24,7 @@ CaseChecks::CaseChecks(const Scene& scene)
              "missed_handovers"} {
   constexpr size_t most = 62;  // bits of a number that is not negative, less "another"
   for (const Stop& stop : scene.stops)
-    if (stop.fails && names_.size() < most) names_.push_back(name_of_check(stop));
+    if (stop.is_requirement() && names_.size() < most) names_.push_back(name_of_check(stop));
   names_.push_back("another");
 }
 

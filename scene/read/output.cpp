@@ -51,27 +51,6 @@ SchemaKey axes_key() {
                     "in which it is stated; \"link\": its own, as a gyro has them");
 }
 
-/// Springs and motors of actuators.
-std::vector<QuantityInfo> quantities_of_actuators() {
-  return {
-      {OutputQuantity::deflection, "deflection", 1, "rad",
-       "Of the spring of an actuator: the joint's angle less the equilibrium, phi = q - theta.",
-       actuator_key()},
-      {OutputQuantity::stiffness_setting, "stiffness_setting", 1, "",
-       "What sets the stiffness of an actuator, sigma.", actuator_key()},
-      {OutputQuantity::stiffness, "stiffness", 1, "N m/rad",
-       "Of the spring of an actuator, the second derivative of its energy by q.", actuator_key()},
-      {OutputQuantity::spring_torque, "spring_torque", 1, "N m",
-       "What the spring of an actuator exerts on the link, less the derivative of its energy.",
-       actuator_key()},
-      {OutputQuantity::motor_rate, "motor_rate", 1, "",
-       "Of a motor of an actuator, at its gear's output.", motor_keys()},
-      {OutputQuantity::motor_torque, "motor_torque", 1, "",
-       "What a motor of an actuator exerts at its gear's output, before friction; a worm gear or "
-       "servo: what it holds.",
-       motor_keys()}};
-}
-
 /// What soft contacts do.
 std::vector<QuantityInfo> quantities_of_contacts() {
   return {{OutputQuantity::contact_force, "contact_force", 3, "N",
@@ -101,28 +80,31 @@ std::vector<QuantityInfo> quantities_of_controllers() {
        {text("controller", required, "the name of one"), text("contact", required, "its name")}}};
 }
 
-/// Every quantity of an [[output]], in the order of docs/scene_reference.md.
-std::vector<QuantityInfo> quantities_of_motion() {
+std::vector<QuantityInfo> quantities_of_links() {
   using namespace keys;
   static const char* axes = "a link, in whose axes it is stated";
+  return {{OutputQuantity::position, "position", 3, "m", "Where a point is.", point_keys(axes)},
+          {OutputQuantity::attitude, "attitude", 4, "1", "A quaternion (w, x, y, z), w 0 or more.",
+           frame_keys(axes)},
+          {OutputQuantity::euler_angles, "euler_angles", 3, "rad",
+           "The angles about x, y and z of which the attitude is made, one turn after the other.",
+           joined(frame_keys(axes),
+                  {word("sequence", {"zyx", "xyz", "yzx", "zxy", "xzy", "yxz"}, "\"zyx\"",
+                        "of turns about moving axes; zyx: yaw, pitch, roll")})},
+          {OutputQuantity::angle, "angle", 1, "rad", "By how much two frames are turned, 0 to π.",
+           frame_keys("a link")},
+          {OutputQuantity::velocity, "velocity", 3, "m/s", "Of a point, as seen from relative_to.",
+           joined(point_keys("a link"), {axes_key()})},
+          {OutputQuantity::angular_velocity, "angular_velocity", 3, "rad/s", "Against relative_to.",
+           joined(frame_keys("a link"), {axes_key()})},
+          {OutputQuantity::distance, "distance", 1, "m", "Of two points, or of spheres round them.",
+           joined(point_keys("a link"), {number("radius", "m", "0", "of a sphere round the point"),
+                                         number("relative_radius", "m", "0", "likewise")})}};
+}
+
+std::vector<QuantityInfo> quantities_of_joints_and_all() {
+  using namespace keys;
   return {
-      {OutputQuantity::position, "position", 3, "m", "Where a point is.", point_keys(axes)},
-      {OutputQuantity::attitude, "attitude", 4, "1", "A quaternion (w, x, y, z), w 0 or more.",
-       frame_keys(axes)},
-      {OutputQuantity::euler_angles, "euler_angles", 3, "rad",
-       "The angles about x, y and z of which the attitude is made, one turn after the other.",
-       joined(frame_keys(axes),
-              {word("sequence", {"zyx", "xyz", "yzx", "zxy", "xzy", "yxz"}, "\"zyx\"",
-                    "of turns about moving axes; zyx: yaw, pitch, roll")})},
-      {OutputQuantity::angle, "angle", 1, "rad", "By how much two frames are turned, 0 to π.",
-       frame_keys("a link")},
-      {OutputQuantity::velocity, "velocity", 3, "m/s", "Of a point, as seen from relative_to.",
-       joined(point_keys("a link"), {axes_key()})},
-      {OutputQuantity::angular_velocity, "angular_velocity", 3, "rad/s", "Against relative_to.",
-       joined(frame_keys("a link"), {axes_key()})},
-      {OutputQuantity::distance, "distance", 1, "m", "Of two points, or of spheres round them.",
-       joined(point_keys("a link"), {number("radius", "m", "0", "of a sphere round the point"),
-                                     number("relative_radius", "m", "0", "likewise")})},
       {OutputQuantity::joint_position, "joint_position", 1, "", "With all its turns.", joint_key()},
       {OutputQuantity::joint_rate, "joint_rate", 1, "", "Of one degree of freedom of a joint.",
        joint_key()},
@@ -158,27 +140,55 @@ std::vector<QuantityInfo> quantities_of_motion() {
        1,
        "W",
        "Of a source or a loss of the ledger.",
-       {text("row", required, "its name there")}},
-      {OutputQuantity::altitude,
-       "altitude",
-       1,
-       "m",
-       "In orbit: of the centre of mass, above the sphere of the planet's equator.",
-       {}},
-      {OutputQuantity::formula,
-       "formula",
-       1,
-       "1",
-       "Of outputs before it.",
-       {text("formula", required, "as \"sqrt(tip.x^2 + tip.y^2)\""),
-        text("unit", "\"1\"", "for tables and axes")}}};
+       {text("row", required, "its name there")}}};
 }
 
+std::vector<QuantityInfo> quantities_of_actuators() {
+  using namespace keys;
+  return {
+      {OutputQuantity::deflection, "deflection", 1, "rad",
+       "Of the spring of an actuator: the joint's angle less the equilibrium, phi = q - theta.",
+       actuator_key()},
+      {OutputQuantity::stiffness_setting, "stiffness_setting", 1, "",
+       "What sets the stiffness of an actuator, sigma.", actuator_key()},
+      {OutputQuantity::stiffness, "stiffness", 1, "N m/rad",
+       "Of the spring of an actuator, the second derivative of its energy by q.", actuator_key()},
+      {OutputQuantity::spring_torque, "spring_torque", 1, "N m",
+       "What the spring of an actuator exerts on the link, less the derivative of its energy.",
+       actuator_key()},
+      {OutputQuantity::motor_rate, "motor_rate", 1, "",
+       "Of a motor of an actuator, at its gear's output.", motor_keys()},
+      {OutputQuantity::motor_torque, "motor_torque", 1, "",
+       "What a motor of an actuator exerts at its gear's output, before friction; a worm gear or "
+       "servo: what it holds.",
+       motor_keys()}};
+}
+
+std::vector<QuantityInfo> quantities_of_orbits_and_formulas() {
+  using namespace keys;
+  return {{OutputQuantity::altitude,
+           "altitude",
+           1,
+           "m",
+           "In orbit: of the centre of mass, above the sphere of the planet's equator.",
+           {}},
+          {OutputQuantity::formula,
+           "formula",
+           1,
+           "1",
+           "Of outputs before it.",
+           {text("formula", required, "as \"sqrt(tip.x^2 + tip.y^2)\""),
+            text("unit", "\"1\"", "for tables and axes")}}};
+}
+
+/// Every quantity of an [[output]], in the order of docs/scene_reference.md: the formula last.
 const std::vector<QuantityInfo>& quantities() {
   static const std::vector<QuantityInfo> all = [] {
-    auto list = quantities_of_motion();
-    for (const auto& more :
-         {quantities_of_actuators(), quantities_of_contacts(), quantities_of_controllers()})
+    auto list = quantities_of_links();
+    for (const auto& more : {quantities_of_joints_and_all(), quantities_of_actuators(),
+                             quantities_of_orbits_and_formulas()})
+      list.insert(list.end(), more.begin(), more.end());
+    for (const auto& more : {quantities_of_contacts(), quantities_of_controllers()})
       list.insert(list.end() - 1, more.begin(), more.end());
     return list;
   }();
@@ -314,35 +324,6 @@ std::vector<Output> read_outputs(const Table& scene) {
   return list;
 }
 
-std::vector<Stop> read_stops(const Table& scene, const std::vector<Output>& outputs) {
-  std::vector<Stop> list;
-  const auto known = number_names(outputs);
-  scene.each_of("stop", "output", [&](const std::string& output, const Table& t) {
-    Stop s;
-    s.where = t.where();
-    s.output = output;
-    if (std::find(known.begin(), known.end(), output) == known.end())
-      t.fail("output", fmt::format("is \"{}\", expected a number of an [[output]]: {}", output,
-                                   known.empty() ? "there is none"
-                                                 : fmt::format("{}", fmt::join(known, ", "))));
-    const int given = t.has("above") + t.has("below");
-    if (given != 1)
-      refuse(t.where(),
-             fmt::format("[[stop]] has {} of the keys above and below, expected one", given));
-    s.above = t.has("above");
-    s.limit = t.number(s.above ? "above" : "below");
-    if (t.has("after")) s.after = t.seconds("after");
-    s.fails = t.choice("outcome") == "fail";
-    s.name = t.has("name") ? t.text("name", "a name") : text(s);
-    list.push_back(std::move(s));
-  });
-  return list;
-}
-
-std::string text(const Stop& s) {
-  return fmt::format("{} {} {:g}", s.output, s.above ? "above" : "below", s.limit);
-}
-
 std::vector<SchemaTable> output_tables() {
   using namespace keys;
   std::vector<SchemaTable> all;
@@ -352,16 +333,7 @@ std::vector<SchemaTable> output_tables() {
                    joined({word("quantity", {k.word}, required, "what is computed"),
                            text("name", required, "of its series; letters, digits and _")},
                           k.own)});
-  all.push_back(
-      {"stop",
-       "[[stop]]",
-       "Ends the run at the instant at which an output passes a value.",
-       {text("output", required, "a number of an [[output]]: \"height\", \"tip.z\""),
-        number("above", "its unit", "one of both", "ends once it is above"),
-        number("below", "its unit", "one of both", "ends once it is below"),
-        number("after", "s", "0", "not before this time"),
-        word("outcome", {"end", "fail"}, "\"end\"", "the run ends and is judged, or it fails"),
-        text("name", "the condition", "for reports")}});
+  all.push_back(stop_table());
   return all;
 }
 

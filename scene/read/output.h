@@ -94,14 +94,16 @@ std::vector<std::string> number_names(const std::vector<Output>& outputs);
 /// The outputs on which a number depends, in their order: its own, and those that a formula uses.
 std::vector<Output> needed_for(const std::string& number, const std::vector<Output>& outputs);
 
-/// Ends a run where an output passes a value: a [[stop]] of the scene.
+/// Ends a run where an output passes a value, or judges it by that: a [[stop]] of the scene.
 struct Stop {
   std::string name, output;  ///< output: a component name
   bool above = true;
   double limit = 0;
   double after = 0;    ///< [s]
   bool fails = false;  ///< the run then fails
-  std::string where;   ///< "file:line:column"
+  bool ends = true;    ///< false: the run goes on, and its verdict fails
+  bool is_requirement() const { return fails || !ends; }  ///< has a row among the checks
+  std::string where;                                      ///< "file:line:column"
 };
 /// "altitude below 120000", for reports.
 std::string text(const Stop& s);
@@ -114,6 +116,7 @@ std::vector<Output> read_outputs(const Table& scene);
 /// The tables [[stop]]. @throws InvalidArgument as read_scene()
 std::vector<Stop> read_stops(const Table& scene, const std::vector<Output>& outputs);
 
+SchemaTable stop_table();
 /// The tables of the schema, one for each quantity, and that of [[stop]].
 std::vector<SchemaTable> output_tables();
 

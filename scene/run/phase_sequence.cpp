@@ -237,7 +237,8 @@ bool PhaseSequence::stopped() {
                             : stop_that_holds(stop_events(scene_, phase_.assembly), phase_.assembly,
                                               from_, phase_.assembly.initial);
   if (k < 0) return false;
-  note_stop(whole_.report(), stopped_by(scene_.stops[size_t(k)], from_));
+  const Stop& stop = *ending_stops(scene_)[size_t(k)];
+  note_stop(whole_.report(), stopped_by(stop, from_));
   RunReport here;
   here.stopped = whole_.report().stopped;
   here.simulated_s = from_;
@@ -245,7 +246,6 @@ bool PhaseSequence::stopped() {
   values.see(from_, phase_.assembly.initial);
   values.fill(here);
   for (const Check& c : here.checks) whole_.worst(c);
-  const Stop& stop = scene_.stops[size_t(k)];
   const double met = StopValue(scene_, phase_.assembly, stop).at(from_, phase_.assembly.initial);
   for (OutputRow& o : whole_.report().outputs)  // no record is of this instant
     if (o.name == stop.output) see_output(o, stop.above ? met : -met);

@@ -9,7 +9,7 @@ namespace porthos::scene {
 
 StopValues::StopValues(const Scene& scene, const Assembly& assembly) {
   for (const Stop& stop : scene.stops)
-    if (stop.fails) stops_.push_back(std::make_unique<StopValue>(scene, assembly, stop));
+    if (stop.is_requirement()) stops_.push_back(std::make_unique<StopValue>(scene, assembly, stop));
   largest_.assign(stops_.size(), -HUGE_VAL);
 }
 
@@ -27,7 +27,8 @@ void StopValues::fill(RunReport& r) const {
     if (failed)  // at the limit, up to the rounding of its instant
       r.checks.push_back({name, std::max(largest_[k], of.limit()), of.limit(), false, false});
     else if (largest_[k] > -HUGE_VAL)
-      r.checks.push_back({name, largest_[k], of.limit(), true, false});
+      r.checks.push_back({name, largest_[k], of.limit(),
+                          stop.ends || largest_[k] <= of.limit() + of.rounding(), false});
     else
       r.not_applicable.push_back(
           {name,

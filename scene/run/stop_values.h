@@ -8,8 +8,8 @@
 
 namespace porthos::scene {
 
-/// What a run shows of each [[stop]] with outcome = "fail": the largest StopValue at the ends of
-/// its steps.
+/// What a run shows of each [[stop]] with outcome = "fail" or "judge": the largest StopValue at the
+/// ends of its steps.
 class StopValues {
  public:
   /// Scene and assembly must outlive it. @throws InvalidArgument as StopValue
@@ -17,7 +17,8 @@ class StopValues {
 
   /// Looks at a state. Cost: a pass of Outputs a stop. Allocates nothing after the first call.
   void see(double t, const phs::State& s);
-  /// Adds a check for each stop, which fails if the stop has ended the run; or why there is none:
+  /// Adds a check for each stop, which fails if the stop has ended the run, or if the value of one
+  /// that judges has passed its limit; or why there is none:
   /// it begins later than the run ended, or its output had no value.
   void fill(RunReport& report) const;
 

@@ -28,7 +28,7 @@ std::vector<integrators::Event> with_stops(std::vector<integrators::Event> until
   auto stops = stop_events(scene, assembly);
   const phs::State& s = assembly.initial;
   if (const int k = stop_that_holds(stops, assembly, s.time(scene.step), s); k >= 0) {
-    const Stop& stop = scene.stops[size_t(k)];
+    const Stop& stop = *ending_stops(scene)[size_t(k)];
     throw InvalidArgument(fmt::format(
         "{}: '{}'{} holds where the run starts, expected a run that begins before it", stop.where,
         stop.name, stop.name == text(stop) ? "" : fmt::format(" ({})", text(stop))));

@@ -65,7 +65,7 @@ RunReport WatchedRun::report() const {
     r.trouble = fmt::format("{} ({})", to_string(outcome_), integrator_->remark());
   r.final_state = state_;
   if (until_ >= stops_from_)
-    r.stopped = stopped_by(scene_.stops[size_t(until_ - stops_from_)], time());
+    r.stopped = stopped_by(*ending_stops(scene_)[size_t(until_ - stops_from_)], time());
   else
     r.until = until_;
   r.held = integrator_->sampler().memory();

@@ -135,7 +135,10 @@ std::string outputs_section(const Scene& scene, const Assembly& a) {
     rows.push_back({o.name, std::to_string(o.size), o.unit});
   std::string text = "Outputs\n" + aligned(rows, "  ");
   for (const Stop& s : scene.stops)
-    text += fmt::format("  the run ends{} where {} is {} {:g}\n", s.fails ? " and fails" : "",
+    text += fmt::format("  the run {} where {} is {} {:g}\n",
+                        !s.ends   ? "fails at its end"
+                        : s.fails ? "ends and fails"
+                                  : "ends",
                         s.output, s.above ? "above" : "below", s.limit);
   return text;
 }

@@ -118,7 +118,8 @@ InfoJson stops(const Scene& s) {
   for (const Stop& stop : s.stops)
     list.push_back({{"output", stop.output},
                     {stop.above ? "above" : "below", stop.limit},
-                    {"fails", stop.fails}});
+                    {"fails", stop.is_requirement()},
+                    {"ends", stop.ends}});
   return list;
 }
 

@@ -32,6 +32,13 @@ const std::string fast =
     "quantity = \"formula\"\nname = \"size\"\nformula = \"abs(rate)\"\nunit = \"rad/s\"\n[[stop]]\n"
     "name = \"too fast\"\noutput = \"size\"\nabove = 3\noutcome = \"fail\"\n";
 
+/// The same, of runs that go on to their end.
+std::string judged() {
+  std::string text = fast;
+  text.replace(text.find("\"fail\""), 6, "\"judge\"");
+  return text;
+}
+
 Names failed_in(const scene::RunReport& r) {
   Names names;
   for (const auto& c : r.checks)
@@ -95,6 +102,19 @@ TEST(CaseChecks, AreCountedAndNamedInTheResults) {
   for (const auto b : bits) stopped += e.checks().names_of(b).size() == 2;
   EXPECT_EQ(stopped, r.stopped[0]);
   EXPECT_TRUE(file.texts("failed_checks").at("names").starts_with("energy\n"));
+}
+
+TEST(CaseChecks, OfStopsThatJudge) {
+  const TemporaryFolder folder, other;
+  const Ensemble e(scene_of(folder, judged())), ends(scene_of(other, fast));
+  const auto r = run_ensemble(e, {.out = (folder / "out").string(), .part = {}, .threads = 1});
+  const auto ended =
+      run_ensemble(ends, {.out = (other / "out").string(), .part = {}, .threads = 1});
+  EXPECT_EQ(r.failed_checks, ended.failed_checks);
+  ASSERT_EQ(r.failed_checks.size(), 1u);
+  EXPECT_EQ(r.stopped[0], 0);
+  EXPECT_EQ(ended.stopped[0], r.failed_checks[0].second) << "control";
+  for (const auto& row : rows_of(e)) EXPECT_EQ(row[e.layout().end_time()], 1);
 }
 
 TEST(CaseChecks, WhatHasNoNameIsAnother) {

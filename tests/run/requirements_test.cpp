@@ -164,6 +164,61 @@ TEST(Requirements, OneThatDoesNotHoldAfterAnEventHasTheValueThere) {
         std::fabs((after > before ? o.largest : o.least) - after), 1e-12);
 }
 
+// outcome = "judge": to the end, and the worst value of all steps since `after`.
+TEST(Requirements, OneThatJudgesLetsTheRunGoOn) {
+  const auto judged = [](const std::string& keys, const std::string& output = "q") {
+    return fmt::format("[[stop]]\noutput = \"{}\"\noutcome = \"judge\"\n{}\n", output, keys);
+  };
+  const auto r = of_rod(judged("above = 7\nname = \"far\"") + judged("above = 17\nname = \"ok\"") +
+                        judged("below = 9\nafter = 4\nname = \"low\"") +
+                        judged("below = 7\nafter = 4\nname = \"high\"") +
+                        judged("above = 1\nafter = 20\nname = \"late\""));
+  EXPECT_EQ(r.simulated_s, 8);
+  EXPECT_EQ(r.verdict(), scene::Verdict::fail);
+  EXPECT_FALSE(r.stopped);
+  keeps("worst value, off 16 rad", std::fabs(value_of(r, "stop.far") - 16), 1e-13);
+  keeps("smallest since 4 s, its sign turned, off -8 rad",
+        std::fabs(value_of(r, "stop.low (sign turned)") + 8), 1e-13);
+  for (const auto& c : r.checks)
+    EXPECT_EQ(c.pass, c.name != "stop.far" && c.name != "stop.low (sign turned)") << c.name;
+  EXPECT_TRUE(says(rows_of(r), "stop.late: begins at 20 s, the run ended at 8 s\n"));
+  // It holds from the start; beside one that ends the run, whatever their order.
+  for (const bool first : {true, false}) {
+    const std::string ends = requirement("above = 4\nname = \"end\"");
+    const auto both =
+        of_rod((first ? ends : "") + judged("above = -1\nname = \"all\"") + (first ? "" : ends));
+    keeps("end by the other stop, off 2 s", std::fabs(both.simulated_s - 2), 1e-11);
+    ASSERT_TRUE(both.stopped);
+    EXPECT_EQ(both.stopped->name, "end");
+    keeps("value of the one that judges", std::fabs(value_of(both, "stop.all") - 4), 1e-11);
+  }
+}
+
+TEST(Requirements, OneThatJudgesOverPhasesAndAResume) {
+  const std::string arm =
+      "[initial]\njoints.shoulder = { velocity = 1 }\njoints.elbow = { position = 1, velocity = 1 "
+      "}\n[[output]]\nquantity = \"joint_rate\"\nname = \"rate\"\njoint = \"elbow\"\n[[stop]]\n"
+      "output = \"rate\"\nbelow = 0.99\noutcome = \"judge\"\nname = \"slow\"\n";
+  for (const char* event : {"", "[[event]]\ntype = \"lock\"\njoint = \"shoulder\"\nat = 1\n"}) {
+    TemporaryFolder folder;
+    const auto s = scene_of(folder, arm_urdf(), arm + event, 2);
+    const auto a = scene::assemble(s);
+    const auto whole = scene::run(s, a, into(folder / "whole"));
+    EXPECT_EQ(whole.simulated_s, 2);
+    EXPECT_EQ(whole.verdict(), scene::Verdict::fail);
+    auto half = into(folder / "half");
+    half.stop_at = 77;
+    EXPECT_TRUE(scene::run(s, a, half).interrupted);
+    EXPECT_EQ(rows_of(scene::run(s, a, into(half.out, true))), rows_of(whole));
+    auto seen = s;
+    seen.extrema = scene::Extrema::all;
+    keeps("smallest rate, off that of all steps",
+          std::fabs(value_of(whole, "stop.slow (sign turned)") +
+                    scene::run_in_memory(seen, a, {}).outputs[0].least),
+          1e-14);
+  }
+}
+
 // "above" is more than: a limit that is reached, from wherever, is kept.
 TEST(Requirements, AValueAtItsLimitHasNotPassedIt) {
   const auto formula = [](const char* f) {
