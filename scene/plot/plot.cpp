@@ -31,8 +31,9 @@ std::string grouped(std::int64_t n) {
 
 }  // namespace
 
-Envelope::Envelope(double first, double last)
-    : first_(first > 0 ? first : 1),
+Envelope::Envelope(double first, double last, double from)
+    : from_(std::fmax(from, 0)),
+      first_(std::fmax(first > 0 ? first : 1, from)),
       last_(last > 0 ? last : first_),
       logarithmic_(last_ > 100 * first_) {}
 
@@ -41,8 +42,9 @@ void Envelope::add(double t, double error) {
   if (!std::isfinite(t) || !std::isfinite(v)) return;
   sum_of_squares_ += v * v;
   ++count_;
-  if (logarithmic_ && t < first_) return;
-  const double f = logarithmic_ ? std::log(t / first_) / std::log(last_ / first_) : t / last_;
+  if (t < (logarithmic_ ? first_ : from_)) return;
+  const double f = logarithmic_ ? std::log(t / first_) / std::log(last_ / first_)
+                                : (t - from_) / (last_ - from_);
   const int column = std::clamp(static_cast<int>(f * columns), 0, columns - 1);
   if (column != column_) points_.push_back({t, v, v, 0});
   column_ = column;
@@ -56,7 +58,8 @@ TracePanel residual_panel(const Envelope& envelope, std::optional<double> limit)
   TracePanel p{"residual [relative]", {}, true, envelope.logarithmic()};
   double highest = 0;
   for (const auto& e : envelope.points()) highest = std::max({highest, e.high, e.rms});
-  const double first = envelope.first(), last = envelope.last(), floor = decades * highest;
+  const double from = envelope.from(), first = envelope.first(), last = envelope.last(),
+               floor = decades * highest;
   TraceLine band{"|error|, least to largest"}, rms{"rms so far"}, guide{"∝ √t (random walk)"};
   band.stroke = Stroke::band;
   guide.stroke = Stroke::guide;
@@ -74,7 +77,8 @@ TracePanel residual_panel(const Envelope& envelope, std::optional<double> limit)
   if (highest > 0)
     for (int i = 1; i <= 100; ++i) {
       const double f = i / 100.0;
-      const double t = envelope.logarithmic() ? first * std::pow(last / first, f) : last * f;
+      const double t =
+          envelope.logarithmic() ? first * std::pow(last / first, f) : from + (last - from) * f;
       const double v = rms.value.back() * std::sqrt(t / last);
       guide.t.push_back(t);
       guide.value.push_back(v > floor ? v : std::nan(""));

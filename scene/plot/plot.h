@@ -20,17 +20,19 @@ struct EnvelopePoint {
 class Envelope {
  public:
   /// first: time of the first record after 0; the axis is logarithmic when last/first > 100.
-  Envelope(double first, double last);
+  /// from: where the axis begins, if the picture is of a part of the run.
+  Envelope(double first, double last, double from = 0);
   /// Adds errors in order of time. t = 0 has no place on a logarithmic axis and is left out of the
   /// picture.
   void add(double t, double error);
   bool logarithmic() const { return logarithmic_; }
+  double from() const { return from_; }
   double first() const { return first_; }
   double last() const { return last_; }
   const std::vector<EnvelopePoint>& points() const { return points_; }
 
  private:
-  double first_, last_;
+  double from_, first_, last_;
   bool logarithmic_;
   int column_ = -1;
   double sum_of_squares_ = 0, count_ = 0;

@@ -45,7 +45,7 @@ RunReport report_of(const Json& s) {
 
 /// The series of a group, first those named in the summary, in its order.
 std::vector<LedgerLine> lines(const Hdf5Reader& file, const std::string& group, const Json& order,
-                              std::int64_t every) {
+                              const std::vector<size_t>& shown) {
   std::vector<std::string> names;
   for (const auto& [name, joule] : order.items()) {
     const std::string link = link_name(name);
@@ -59,37 +59,54 @@ std::vector<LedgerLine> lines(const Hdf5Reader& file, const std::string& group, 
   for (const auto& name : names) {
     const auto v = column(file, group + name);
     LedgerLine line{name, {}};
-    for (std::int64_t i = 0; i < std::int64_t(v.size()); ++i)
-      if (i % every == 0 || i + 1 == std::int64_t(v.size())) line.value.push_back(v[size_t(i)]);
+    for (const size_t i : shown) line.value.push_back(v.at(i));
     all.push_back(std::move(line));
   }
   return all;
 }
 
-TracePanel residual_of(const Hdf5Reader& file, const RunReport& r) {
+/// The span, or the whole if it has next to no records.
+TimeSpan span_of(const std::vector<double>& t, const TimeSpan& span) {
+  const auto inside = [&](double at) { return at >= span.from && at <= span.to; };
+  return std::ranges::count_if(t, inside) < 2 ? TimeSpan{} : span;
+}
+
+TracePanel residual_of(const Hdf5Reader& file, const RunReport& r, const TimeSpan& asked = {}) {
   const auto t = column(file, "time"), error = column(file, "energy_error");
+  const TimeSpan span = span_of(t, asked);
   // The distance of the records: a phase does not begin at 0.
-  Envelope envelope(t.size() > 1 ? t[1] - t[0] : 1, r.simulated_s);
-  for (size_t i = 0; i < t.size(); ++i) envelope.add(t[i], error[i] / r.energy.scale_J);
+  Envelope envelope(t.size() > 1 ? t[1] - t[0] : 1, std::fmin(r.simulated_s, span.to), span.from);
+  for (size_t i = 0; i < t.size() && t[i] <= span.to; ++i)
+    envelope.add(t[i], error[i] / r.energy.scale_J);
   std::optional<double> limit;
   for (const auto& c : r.checks)
     if (c.name == "energy") limit = c.limit;
   return residual_panel(envelope, limit);
 }
 
-LedgerSeries ledger_of(const Hdf5Reader& file, const Json& summary) {
+/// Records in a span, thinned if it has many.
+std::vector<size_t> shown_of(const std::vector<double>& t, const TimeSpan& span) {
+  std::vector<size_t> inside, shown;
+  for (size_t i = 0; i < t.size(); ++i)
+    if (t[i] >= span.from && t[i] <= span.to) inside.push_back(i);
+  const size_t n = inside.size(), every = std::max<size_t>(1, n / 750);
+  for (size_t k = 0; k < n; ++k)
+    if (k % every == 0 || k + 1 == n) shown.push_back(inside[k]);
+  return shown;
+}
+
+LedgerSeries ledger_of(const Hdf5Reader& file, const Json& summary, const TimeSpan& span = {}) {
   const auto t = column(file, "time"), error = column(file, "energy_error");
-  const std::int64_t n = std::int64_t(t.size()), every = std::max<std::int64_t>(1, n / 750);
+  const auto shown = shown_of(t, span_of(t, span));
   LedgerSeries s;
-  for (std::int64_t i = 0; i < n; ++i)
-    if (i % every == 0 || i + 1 == n) {
-      s.t.push_back(t[size_t(i)]);
-      s.defect.push_back(error[size_t(i)]);
-    }
+  for (const size_t i : shown) {
+    s.t.push_back(t[i]);
+    s.defect.push_back(error.at(i));
+  }
   const Json& balance = summary.at("balance");
-  s.stored = lines(file, "stored/", balance.at("storages"), every);
-  s.supplied = lines(file, "supplied/", balance.at("ports"), every);
-  s.dissipated = lines(file, "dissipated/", balance.at("losses"), every);
+  s.stored = lines(file, "stored/", balance.at("storages"), shown);
+  s.supplied = lines(file, "supplied/", balance.at("ports"), shown);
+  s.dissipated = lines(file, "dissipated/", balance.at("losses"), shown);
   return s;
 }
 
@@ -129,10 +146,11 @@ Moved moved_if_known(const fs::path& folder) {
 std::string without_unit(const std::string& what) { return what.substr(0, what.find(" [")); }
 
 /// Those of energies, works and residual in a run.h5.
-TracePanel balance_panel(const fs::path& part, const Json& summary, const std::string& what) {
+TracePanel balance_panel(const fs::path& part, const Json& summary, const std::string& what,
+                         const TimeSpan& span) {
   const Hdf5Reader file(part / "run.h5");
-  if (what == "residual") return residual_of(file, report_of(summary));
-  for (TracePanel& p : ledger_panels(ledger_of(file, summary)))
+  if (what == "residual") return residual_of(file, report_of(summary), span);
+  for (TracePanel& p : ledger_panels(ledger_of(file, summary, span)))
     if (without_unit(p.what) == what) return std::move(p);
   throw InvalidArgument(
       fmt::format("{} has no panel '{}': nothing is supplied or lost", part.string(), what));
@@ -285,8 +303,9 @@ std::vector<std::string> figures(const fs::path& folder, const std::string& what
   }
   std::vector<std::string> all;
   for (const fs::path& part : parts_of(folder))
-    all.push_back(of_summary(
-        part, [&](const Json& s) { return figure(cut({balance_panel(part, s, title)}, span)); }));
+    all.push_back(of_summary(part, [&](const Json& s) {
+      return figure(cut({balance_panel(part, s, title, span)}, span));
+    }));
   return all;
 }
 

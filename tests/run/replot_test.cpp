@@ -135,6 +135,28 @@ TEST(Replot, APartOfARunHasItsRecordsAlone) {
   }
 }
 
+// A part is thinned by what it has itself: of 4000 records the quarter shows its 1000, all panels.
+TEST(Replot, APartOfALongRunIsNotThinnedAsTheWhole) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "arm.urdf", arm_urdf());
+  write_bytes(folder / "scene.toml",
+              "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[initial]\njoints.elbow = { velocity = 3 "
+              "}\n[integrator]\nmethod = 'gauss8'\nstep = 0.02\n[run]\nduration = 80\nrecord_every "
+              "= 0.02\n");
+  const auto s = scene::read_scene((folder / "scene.toml").string());
+  scene::run(s, scene::assemble(s), into(folder / "out"));
+  for (const char* what : {"joints", "energies", "residual"}) {
+    const auto points = [&](const scene::TimeSpan& span) {
+      const std::string svg = scene::figures(folder / "out", what, span).at(0);
+      return double(std::ranges::count(svg, ','));
+    };
+    const double whole = points({}), part = points({20, 40});
+    std::printf("  %s: %g coordinates of the whole, %g of a quarter\n", what, whole, part);
+    EXPECT_GT(part, 0.5 * whole) << what;
+    EXPECT_GT(part, 1.5 * points({20, 30})) << what;
+  }
+}
+
 TEST(Replot, APanelTellsJointsThatAreInAnother) {
   const TemporaryFolder folder;
   write_bytes(folder / "arm.urdf", arm_urdf());
