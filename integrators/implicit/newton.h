@@ -110,8 +110,11 @@ class SolverChoice {
   bool trial() const { return newton_ && wait_ == 0; }
   size_t rung() const { return size_t(rung_); }
   std::int64_t newton_steps() const { return newton_steps_; }
+  /// Of the equations, by any solver: a step of a splitting or a composition has several.
+  std::int64_t solutions() const { return solutions_; }
 
   void fixed_point_was(bool converged, int sweeps) {
+    solutions_ += converged;
     if (newton_) {  // a trial
       if (converged) {
         newton_ = false;
@@ -140,6 +143,7 @@ class SolverChoice {
     rung_ = int(rung);
     wait_ = std::max(wait_ - 1, 0);
     ++newton_steps_;
+    ++solutions_;
   }
 
   void carry(Archive& a) {
@@ -149,12 +153,13 @@ class SolverChoice {
     a(wait_);
     a(interval_, 1, 4096);
     a(newton_steps_, 0, 0x1p53);
+    a(solutions_, 0, 0x1p53);
   }
 
  private:
   bool newton_ = false;
   int rung_ = 0, slow_ = 0, wait_ = 0, interval_ = 32;
-  std::int64_t newton_steps_ = 0;
+  std::int64_t newton_steps_ = 0, solutions_ = 0;
 };
 
 }  // namespace porthos::integrators

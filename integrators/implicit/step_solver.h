@@ -159,11 +159,12 @@ class StepSolver {
   template <class Equations>
   Outcome solve(Equations& e, bool have_prediction, Cost& cost);
 
-  std::string remark(std::int64_t steps) const {
+  /// Which solver of Newton it has, and how often; empty: never.
+  std::string remark() const {
     if (!newton_ || memory_.choice.newton_steps() == 0) return "";
     return std::string(to_string(newton_->solvers()[memory_.choice.rung()])) + ", in " +
-           std::to_string(memory_.choice.newton_steps()) + " of " + std::to_string(steps) +
-           " steps";
+           std::to_string(memory_.choice.newton_steps()) + " of " +
+           std::to_string(memory_.choice.solutions()) + " solutions";
   }
 
   void carry(Archive& a) { carry(a, memory_); }

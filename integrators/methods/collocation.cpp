@@ -85,7 +85,7 @@ class Collocation final : public BasicIntegrator<T>, public StagedSteps<T> {
     solver_.carry(a);
   }
 
-  std::string remark() const override { return solver_.remark(cost_.steps); }
+  std::string remark() const override { return solver_.remark(); }
   bool integrates_power() const override { return true; }
 
  private:

@@ -100,7 +100,7 @@ class DiscreteGradient final : public BasicIntegrator<T> {
     if (middle_) middle_->carry(a);
     solver_.carry(a);
   }
-  std::string remark() const override { return solver_.remark(cost_.steps); }
+  std::string remark() const override { return solver_.remark(); }
   bool integrates_power() const override { return true; }
 
  private:

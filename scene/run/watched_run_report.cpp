@@ -118,7 +118,7 @@ void WatchedRun::add_notes(RunReport& r) const {
   if (const auto remark = integrator_->remark(); !remark.empty() && !remarked(outcome_))
     r.notes.push_back(integrator_->declaration().rival
                           ? remark
-                          : "fixed-point iteration did not suffice in all steps: " + remark);
+                          : "fixed-point iteration did not suffice for all equations: " + remark);
   if (!integrator_->port_work().empty() && !integrator_->integrates_power()) {
     r.impulses.integrated = false;
     r.notes.push_back(fmt::format(

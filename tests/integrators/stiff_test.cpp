@@ -161,7 +161,14 @@ TEST(Stiff, ChoiceIsAutomaticAndReported) {
   s = stiff.start;
   m = method("gauss16", *stiff.model, 0.01, Solver::automatic);
   ASSERT_EQ(run(*m, s, 50), Outcome::ok);
-  EXPECT_EQ(m->remark(), "Newton, articulated, in 50 of 50 steps");
+  EXPECT_EQ(m->remark(), "Newton, articulated, in 50 of 50 solutions");
+  // Another one goes on from its memory, and counts on, whatever it is told of the cost.
+  std::vector<double> memory;
+  m->save(memory);
+  const auto resumed = method("gauss16", *stiff.model, 0.01, Solver::automatic);
+  resumed->restore(memory);
+  ASSERT_EQ(run(*resumed, s, 7), Outcome::ok);
+  EXPECT_EQ(resumed->remark(), "Newton, articulated, in 57 of 57 solutions");
 }
 
 // Long steps need Newton, short ones of the same run do not: the fixed point comes back, and Newton
@@ -171,7 +178,7 @@ TEST(Stiff, TheFixedPointComesBack) {
   phs::State s = robot.start;
   const auto m = method("gauss16", *robot.model, 0.02, Solver::automatic);
   ASSERT_EQ(run(*m, s, 100), Outcome::ok);
-  EXPECT_EQ(m->remark(), "Newton, articulated, in 100 of 100 steps");
+  EXPECT_EQ(m->remark(), "Newton, articulated, in 100 of 100 solutions");
   for (int i = 0; i < 400; ++i) ASSERT_EQ(m->step_by(s, 0.0005), Outcome::ok);
   const auto calm = m->cost();
   for (int i = 0; i < 100; ++i) ASSERT_EQ(m->step_by(s, 0.0005), Outcome::ok);
