@@ -12,6 +12,7 @@
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/files/text_table.h"
+#include "scene/read/output.h"
 #include "scene/session/results.h"
 
 namespace porthos::scene {
@@ -22,8 +23,13 @@ constexpr std::int64_t rows_per_read = 1024;
 
 /// A number of each record: a column of a series of run.h5.
 struct Number {
-  std::string series, head;
+  std::string series, name, unit;  ///< "output/tip", "output/tip.x", " [m]"
   std::int64_t at = 0;
+  /// Whether a name is that of the number, of its series or of a group; "output/tip.0" too.
+  bool is(const std::string& asked) const {
+    return series == asked || series.starts_with(asked + "/") || name == asked ||
+           fmt::format("{}.{}", series, at) == asked;
+  }
   bool operator==(const Number&) const = default;
 };
 
@@ -45,19 +51,16 @@ class PhaseFile {
 
   /// Adds the numbers of the series that `wanted` has, if they are not there yet.
   void add_to(std::vector<Number>& all, const std::vector<std::string>& wanted) const {
-    const auto is = [](const std::string& series, const std::string& name) {
-      return series == name || series.starts_with(name + "/");
-    };
-    std::vector<std::string> order{"time"};
-    for (const auto& name : wanted)
+    const auto add = [&](const std::string* name) {
       for (const auto& [series, d] : file_.datasets())
-        if (is(series, name)) order.push_back(series);
-    if (wanted.empty())
-      for (const auto& [series, d] : file_.datasets()) order.push_back(series);
-    for (const auto& series : order)
-      if (is_shown(series))
-        for (const Number& n : numbers_of(series))
-          if (std::ranges::find(all, n) == all.end()) all.push_back(n);
+        if (is_shown(series))
+          for (const Number& n : numbers_of(series))
+            if ((!name || n.is(*name)) && std::ranges::find(all, n) == all.end()) all.push_back(n);
+    };
+    const std::string first = "time";
+    add(&first);
+    for (const auto& name : wanted) add(&name);
+    if (wanted.empty()) add(nullptr);
   }
 
   void read(std::int64_t first, std::int64_t rows, const std::vector<Number>& numbers) {
@@ -88,15 +91,15 @@ class PhaseFile {
     const auto& d = file_.dataset(series);
     auto texts = file_.texts(series);
     const std::string unit = texts["unit"].empty() ? "" : fmt::format(" [{}]", texts["unit"]);
-    if (d.shape.size() < 2) return {{series, series + unit, 0}};
-    const auto names = lines_of(texts["columns"]);
+    if (d.shape.size() < 2) return {{series, series, unit, 0}};
+    const size_t n = size_t(d.shape[1]);
+    auto names = lines_of(texts["columns"]);
+    if (names.size() != n) names = component_suffixes(n);
     std::vector<Number> all;
-    for (std::int64_t k = 0; k < d.shape[1]; ++k)
+    for (size_t k = 0; k < n; ++k)
       all.push_back({series,
-                     size_t(d.shape[1]) == names.size()
-                         ? fmt::format("{}.{}{}", series, names[size_t(k)], unit)
-                         : fmt::format("{}.{}{}", series, k, unit),
-                     k});
+                     fmt::format("{}.{}", series, names.empty() ? std::to_string(k) : names[k]),
+                     unit, std::int64_t(k)});
     return all;
   }
   void read(const std::string& series, std::int64_t first, std::int64_t rows) {
@@ -119,10 +122,7 @@ class PhaseFile {
 
 void require_names(const std::vector<Number>& there, const std::vector<std::string>& wanted) {
   for (const auto& name : wanted) {
-    const auto has = [&](const Number& n) {
-      return n.series == name || n.series.starts_with(name + "/");
-    };
-    if (std::ranges::any_of(there, has)) continue;
+    if (std::ranges::any_of(there, [&](const Number& n) { return n.is(name); })) continue;
     std::string known;
     for (const Number& n : there)
       if (n.at == 0) add_to_list(known, n.series);
@@ -158,9 +158,11 @@ void export_csv(const fs::path& folder, const fs::path& to, const std::vector<st
   };
   const bool several = phases.size() > 1;
   std::string line = several ? "phase" : "";
-  for (const Number& n : numbers)
+  for (const Number& n : numbers) {
+    const std::string head = n.name + n.unit;
     line += (line.empty() ? "" : ",") +
-            (n.head.find_first_of(",\"") == std::string::npos ? n.head : '"' + n.head + '"');
+            (head.find_first_of(",\"") == std::string::npos ? head : '"' + head + '"');
+  }
   write(line + "\n");
   for (size_t k = 0; k < phases.size(); ++k) {
     const std::int64_t records = phases[k]->records();

@@ -78,5 +78,35 @@ TEST(Export, HasTheNumbersOfTheFileAndTrueAngles) {
                    "is no folder, expected one with the results of a run"));
 }
 
+TEST(Export, NamesComponentsAndTakesOneOfThem) {
+  TemporaryFolder folder;
+  write_bytes(folder / "arm.urdf", arm_urdf(""));
+  write_bytes(folder / "scene.toml",
+              "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[initial]\nbase.angular_velocity = [0.1, "
+              "0.2, 0.3]\n[[output]]\nquantity = 'position'\nname = 'tip'\nlink = 'lower'\n"
+              "[integrator]\nmethod = 'gauss8'\nstep = 0.01\n[run]\nduration = 1\n");
+  const auto s = scene::read_scene((folder / "scene.toml").string());
+  scene::run(s, scene::assemble(s), into(folder / "out"));
+  const auto table = [&](const std::vector<std::string>& names) {
+    scene::export_csv(folder / "out", folder / "t.csv", names);
+    return cells(read_bytes(folder / "t.csv"));
+  };
+  const auto all = table({"output", "state/base.attitude"});
+  const std::vector<std::string> heads{"time [s]",
+                                       "output/tip.x [m]",
+                                       "output/tip.y [m]",
+                                       "output/tip.z [m]",
+                                       "state/base.attitude.w [1]",
+                                       "state/base.attitude.x [1]",
+                                       "state/base.attitude.y [1]",
+                                       "state/base.attitude.z [1]"};
+  EXPECT_EQ(all[0], heads);
+  const auto one = table({"output/tip.y"});
+  ASSERT_EQ(one[0], (std::vector<std::string>{"time [s]", "output/tip.y [m]"}));
+  for (size_t i = 1; i < all.size(); ++i) EXPECT_EQ(one[i][1], all[i][2]);
+  EXPECT_EQ(table({"output/tip.1"}), one) << "by its place";
+  EXPECT_TRUE(says(refusal([&] { table({"output/tip.w"}); }), "has no series 'output/tip.w'"));
+}
+
 }  // namespace
 }  // namespace porthos::test::export_test
