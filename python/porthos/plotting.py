@@ -230,8 +230,9 @@ PANELS = {"energies": _energies, "works": _works, "residual": _residual}
 def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, label: str | None = None, legend: bool = True) -> Any:
     """One panel of a result with axes of its own, or in yours: "energies", "works", "residual", or of the motion "joints", "rates of joints" ...
 
-    what = "motion": all panels of the motion in one figure, more than six in two columns. "states": the states and momenta of any system, as of a Network; of one
-    without a mechanism each by the name of its block. The name of a line, as of an output: that line alone. label: what a
+    what = "motion": all panels of the motion in one figure, more than six in two columns. "states": the states and momenta of any system, as of a
+    Network; of one without a mechanism each by the name of its block. A beginning that no other panel has is enough, "rates of base". The name of a
+    line, as of an output: that line alone. label: what a
     run is called among others in the same axes. legend: whether lines are named above the axes (in them where the figure has no layout
     and they do not fit above; left out with a warning where they would take more than half the height). Axes of three dimensions show a
     place x, y, z [m] as a path. Returns the Figure. Raises InvalidArgument, naming what there is.
@@ -250,10 +251,12 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, labe
     draw = {**lines, **known}
     all = what == whole
     what = what if what in draw else title
+    if what not in draw and len(begin := [n for n in known if what and n.startswith(what)]) == 1:
+        what = begin[0]
     names = [n for n in known if n not in PANELS] if all else [what]
     if not all and what not in draw:
         near = difflib.get_close_matches(what, [whole, *draw], n=1, cutoff=0)[0]
-        raise InvalidArgument(f"what is '{what}', the nearest is '{near}', expected {', '.join(dict.fromkeys([whole, *known]))} or a line"
+        raise InvalidArgument(f"what is '{what}', the nearest is '{near}', expected {', '.join(repr(n) if ',' in n else n for n in dict.fromkeys([whole, *known]))} or a line"
                               + ("" if whole == "motion" or result.has_mechanism() else " (the run has no mechanism)"))
     if axes is not None:
         if len(names) > 1:

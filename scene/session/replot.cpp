@@ -156,6 +156,22 @@ TracePanel balance_panel(const fs::path& part, const Json& summary, const std::s
       fmt::format("{} has no panel '{}': nothing is supplied or lost", part.string(), what));
 }
 
+/// A name in a list: in quotes if it has a comma of its own.
+std::string in_list(const std::string& name) {
+  return name.find(',') == name.npos ? name : "'" + name + "'";
+}
+
+/// The panel whose name alone begins so, or null.
+const TracePanel* only_that_begins(const std::vector<TracePanel>& panels, const std::string& with) {
+  const TracePanel* only = nullptr;
+  for (const TracePanel& p : panels) {
+    if (with.empty() || !p.what.starts_with(with)) continue;
+    if (only) return nullptr;
+    only = &p;
+  }
+  return only;
+}
+
 /// A panel found by its name; joints that turn often are in another.
 TracePanel told(TracePanel p, const std::vector<TracePanel>& all) {
   const std::string name = without_unit(p.what);
@@ -170,7 +186,8 @@ TracePanel told(TracePanel p, const std::vector<TracePanel>& all) {
   return p;
 }
 
-/// What a name means of the motion, or of the states: panels, or a line alone. whole: the name of
+/// What a name means of the motion, or of the states: panels, the only one whose name begins so, or
+/// a line alone. whole: the name of
 /// all. @throws InvalidArgument if nothing
 std::vector<TracePanel> named(const Motion& motion, const std::string& what,
                               const std::string& whole) {
@@ -195,7 +212,7 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what,
                          return without_unit(other.what) == name;
                        }) > 1;
     if (twice || std::ranges::find(known, name) == known.end())
-      add_to_list(list, twice ? p.what : name);
+      add_to_list(list, in_list(twice ? p.what : name));
     known.push_back(name);
     for (const TraceLine& l : p.lines) {
       if (name + "." + l.name == what) return {{what + unit, {l}}};
@@ -212,6 +229,8 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what,
   if (!found.empty())
     throw InvalidArgument(
         fmt::format("what is '{}', a line of several panels, expected one of: {}", what, full));
+  if (const TracePanel* only = only_that_begins(motion.panels, what))
+    return {told(*only, motion.panels)};
   throw InvalidArgument(fmt::format("what is '{}', the nearest is '{}', expected {} or a line",
                                     what, nearest(what, Names(known.begin(), known.end())), list));
 }

@@ -57,6 +57,9 @@ def test_the_motion(run, source, tmp_path):
     off = np.abs((q[2:] - q[:-2]) / (t[2:] - t[:-2]) - v[1:-1]).max()
     assert off < 0.05 * np.abs(v).max(), off  # measured 0.010
     refused(lambda: ph.plot(run, what="motions"), "what is 'motions', the nearest is 'motion', expected motion, energies", "rotation of base", most=280)
+    begun, full = (ph.plot(run, what=w).axes[0] for w in ("rates of base", "rates of base, own axes"))
+    assert begun.get_title(loc="left") + begun.get_ylabel() == full.get_title(loc="left") + full.get_ylabel()
+    refused(lambda: ph.plot(run, what="rates"), "'rates of base, own axes'", most=280)
     refused(lambda: ph.plot(run, what=["joints"]), "what is ['joints'], expected the name of a panel")
     for key in list(run.motion())[:-1]:  # the keys of motion(), and each line by itself
         assert len(ph.plot(run, what=key).axes) == 1

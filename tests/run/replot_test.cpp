@@ -135,6 +135,20 @@ TEST(Replot, APartOfARunHasItsRecordsAlone) {
   }
 }
 
+TEST(Replot, TheBeginningOfANameIsEnoughIfItIsTheOnlyOne) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "arm.urdf", arm_urdf());
+  write_bytes(folder / "scene.toml",
+              "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[integrator]\nmethod = 'gauss8'\nstep = "
+              "0.02\n[run]\nduration = 1\n");
+  const auto s = scene::read_scene((folder / "scene.toml").string());
+  scene::run(s, scene::assemble(s), into(folder / "out"));
+  const auto figure = [&](const char* what) { return scene::figures(folder / "out", what); };
+  EXPECT_EQ(figure("rates of base"), figure("rates of base, own axes"));
+  EXPECT_EQ(figure("rot"), figure("rotation of base"));
+  EXPECT_TRUE(says(refusal([&] { figure("rates of"); }), ", 'rates of base, own axes', "));
+}
+
 // A part is thinned by what it has itself: of 4000 records the quarter shows its 1000, all panels.
 TEST(Replot, APartOfALongRunIsNotThinnedAsTheWhole) {
   const TemporaryFolder folder;
