@@ -265,22 +265,32 @@ void Outputs::motion(const Item& item, std::span<double> to) const {
   put(axes.tmul(A.v - B.v - cross(B.w, a.r - b.r)), to);
 }
 
-/// Of one node or all; the angular one about their centre of mass.
+/// Of some nodes or all; the angular one about their centre of mass c or that of all. About that of
+/// all: Σ (r - c) × m (v - c'), of which those of groups have the sum of all.
 void Outputs::momenta(const Item& item, std::span<double> to) const {
+  struct Sum {
+    Vec3d P{0, 0, 0}, L{0, 0, 0}, mc{0, 0, 0};
+    double mass = 0;
+  } own, all;
   const auto& nodes = assembly_.mechanism->nodes();
-  Vec3d P{0, 0, 0}, L{0, 0, 0}, mc{0, 0, 0};
-  double mass = 0;
   for (size_t i = 0; i < nodes.size(); ++i) {
-    if (item.node >= 0 && size_t(item.node) != i) continue;
+    const bool is_own = item.nodes.empty() || std::ranges::count(item.nodes, i) > 0;
+    if (!is_own && !item.output->about_all) continue;
     const auto& I = nodes[i].inertia;
     const auto h = poses_[i].to_parent(I * w_->V[i]);
-    P += h.f;
-    L += h.n;
-    mass += I.m;
-    mc += I.m * poses_[i].r + poses_[i].R * I.mc;
+    for (Sum* sum : {&own, &all}) {
+      if (sum == &own && !is_own) continue;
+      sum->P += h.f;
+      sum->L += h.n;
+      sum->mass += I.m;
+      sum->mc += I.m * poses_[i].r + poses_[i].R * I.mc;
+    }
   }
-  if (item.output->quantity == OutputQuantity::momentum) return put(P, to);
-  put(L - cross((1 / mass) * mc, P), to);
+  if (item.output->quantity == OutputQuantity::momentum) return put(own.P, to);
+  const Sum& about = item.output->about_all ? all : own;
+  const Vec3d c = (1 / about.mass) * about.mc, L = own.L - cross(c, own.P);
+  if (!item.output->about_all) return put(L, to);
+  put(L - cross(own.mc - own.mass * c, (1 / all.mass) * all.P), to);
 }
 
 void Outputs::wrench(const Item& item, const phs::State& s, std::span<double> to) {

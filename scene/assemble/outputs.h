@@ -60,7 +60,8 @@ class Outputs {
   struct Item {
     const Output* output;
     Place of, seen_from;
-    int q = 0, v = 0, turn = -1, node = -1;  ///< of the joint; node: of the link too
+    int q = 0, v = 0, turn = -1, node = -1;  ///< of the joint
+    std::vector<size_t> nodes = {};          ///< of a momentum; empty: all
     bool whole = false;                      ///< its momenta follow from all numbers of the joint
     bool turned = false;                     ///< the child of its joint carries what was the parent
     int row = -1;                            ///< of the storage or power

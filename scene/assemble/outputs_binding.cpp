@@ -74,11 +74,10 @@ void Outputs::bind(Item& item) {
   if (o.of_controller()) bind_told(item);
   if (o.quantity == OutputQuantity::altitude && !scene_.orbit)
     refuse_output(o, "the scene has no [orbit], expected one");
-  const bool momentum =
-      o.quantity == OutputQuantity::momentum || o.quantity == OutputQuantity::angular_momentum;
-  if (momentum && !o.of_what.empty()) {
-    item.node = place_on_link(*assembly_.mechanism, {o.of_what, {}, 0}, o.where).node;
-    if (item.node < 0) refuse_output(o, "link '" + o.of_what + "' does not move");
+  for (const auto& link : o.links) {
+    const int node = place_on_link(*assembly_.mechanism, {link, {}, 0}, o.where).node;
+    if (node < 0) refuse_output(o, "link '" + link + "' does not move");
+    if (std::ranges::count(item.nodes, size_t(node)) == 0) item.nodes.push_back(size_t(node));
   }
 }
 

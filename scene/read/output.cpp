@@ -80,6 +80,11 @@ std::vector<QuantityInfo> quantities_of_controllers() {
        {text("controller", required, "the name of one"), text("contact", required, "its name")}}};
 }
 
+keys::Keys of_links_keys() {
+  return {keys::text("link", "all bodies", "of the model, or a [[body]]"),
+          {"links", keys::KeyKind::texts, "", "all bodies", "several, as one"}};
+}
+
 std::vector<QuantityInfo> quantities_of_links() {
   using namespace keys;
   static const char* axes = "a link, in whose axes it is stated";
@@ -117,18 +122,13 @@ std::vector<QuantityInfo> quantities_of_joints_and_all() {
        "Moment and force that a joint transmits to its child, about and along its frame.",
        {text("joint", required, "a joint of the model file that moves")}},
       {OutputQuantity::centre_of_mass, "centre_of_mass", 3, "m", "Of all moving bodies.", {}},
-      {OutputQuantity::momentum,
-       "momentum",
-       3,
-       "kg m/s",
-       "Of a link with all fixed to it, or of all.",
-       {text("link", "all bodies", "of the model, or a [[body]]")}},
-      {OutputQuantity::angular_momentum,
-       "angular_momentum",
-       3,
-       "kg m^2/s",
-       "Likewise, about their centre of mass.",
-       {text("link", "all bodies", "of the model, or a [[body]]")}},
+      {OutputQuantity::momentum, "momentum", 3, "kg m/s",
+       "Of a link with all fixed to it, of several, or of all.", of_links_keys()},
+      {OutputQuantity::angular_momentum, "angular_momentum", 3, "kg m^2/s",
+       "Likewise, about their centre of mass or that of all.",
+       joined(of_links_keys(), {word("about", {"own", "all"}, "\"own\"",
+                                     "own: their centre of mass; all: that of all bodies, "
+                                     "with velocities against it")})},
       {OutputQuantity::energy,
        "energy",
        1,
@@ -244,7 +244,13 @@ Output read_output(const Table& t, const QuantityInfo& k, const std::vector<std:
     if (has_key(key) && o.of_what.empty()) o.of_what = t.text(key, "a name");
   if (has_key("task")) o.number = "error " + t.text("task", "a name");
   if (has_key("contact") && o.of_controller()) o.number = "force " + t.text("contact", "a name");
-  if (!of_frame && t.has("link")) o.of_what = o.of.link;
+  if (!of_frame && t.has("link")) o.links = {o.of.link};
+  if (t.has("links")) {
+    if (t.has("link")) t.fail("links", "is given besides link, expected one of both");
+    o.links = t.texts("links", "names of links");
+    if (o.links.empty()) t.fail("links", "is empty, expected names of links");
+  }
+  if (has_key("about")) o.about_all = t.choice("about") == "all";
   if (k.quantity == OutputQuantity::euler_angles) o.sequence = t.choice("sequence");
   if (k.quantity != OutputQuantity::formula) return o;
   o.formula = t.text("formula", "a formula");

@@ -55,8 +55,10 @@ struct Output {
   bool own_axes = false;  ///< a velocity: along the axes of the link, not those of seen_from
   std::string name;
   LinkPoint of, seen_from;  ///< of quantities of links
-  /// The joint, actuator, contact, row of the ledger, link (empty: all bodies).
+  /// The joint, actuator, contact, row of the ledger.
   std::string of_what;
+  std::vector<std::string> links = {};  ///< of momenta; empty: all bodies
+  bool about_all = false;  ///< an angular momentum: about the centre of mass of all bodies
   /// Of a controller: what it tells, as phs::Shown names it; of a motor: "theta" or "sigma".
   std::string number;
   std::string formula;

@@ -169,6 +169,44 @@ TEST(Outputs, OfARodAreItsClosedForms) {
       10);
 }
 
+TEST(Outputs, AngularMomentaOfGroupsAddUpAboutTheCommonCentre) {
+  TemporaryFolder folder;
+  const std::string start =
+      "[initial]\nbase.linear_velocity = [70, 0, -40]\nbase.angular_velocity = [0.1, -0.2, 0.3]\n"
+      "joints.shoulder.velocity = 1\njoints.elbow = { position = 0.5, velocity = -2 }\n";
+  const std::string arm = "links = [\"upper\", \"lower\"]\n", all = "about = \"all\"\n",
+                    body = "link = \"body\"\n";
+  const Recorded r(scene_of(
+      folder, arm_urdf(),
+      start + output("angular_momentum", "L", "") + output("angular_momentum", "L_all", all) +
+          output("angular_momentum", "arm", arm + all) +
+          output("angular_momentum", "body", body + all) +
+          output("angular_momentum", "arm_own", arm) +
+          output("angular_momentum", "body_own", body) + output("momentum", "P", "") +
+          output("momentum", "P_arm", arm) + output("momentum", "P_body", body),
+      3, "free"));
+  double angular = 0, linear = 0, same = 0, own = 0;
+  for (size_t i = 0; i < r.size(); ++i)
+    for (size_t k = 0; k < 3; ++k) {
+      const auto at = [&](const char* name) { return r.at(i, std::string("output/") + name, k); };
+      angular = std::max(angular, std::fabs(at("L") - at("arm") - at("body")));
+      linear = std::max(linear, std::fabs(at("P") - at("P_arm") - at("P_body")));
+      same = std::max(same, std::fabs(at("L") - at("L_all")));
+      own = std::max(own, std::fabs(at("L") - at("arm_own") - at("body_own")));
+    }
+  keeps("angular momentum of all less arm and body [kg m^2/s]", angular, 1e-9);
+  keeps("momentum likewise [kg m/s]", linear, 1e-12);
+  keeps("that of all about itself", same, 1e-9);
+  breaks("about their own centres they do not", own, 0.1);
+  const auto refused = [&](const std::string& keys) {
+    return test::refusal(
+        [&] { Recorded(scene_of(folder, arm_urdf(), output("momentum", "P", keys), 1)); });
+  };
+  EXPECT_TRUE(says(refused(arm + body), "links is given besides link, expected one of both"));
+  EXPECT_TRUE(says(refused("links = []\n"), "links is empty"));
+  EXPECT_TRUE(says(refused("links = [\"upper\", \"hand\"]\n"), "'hand'"));
+}
+
 namespace {
 /// Of a free flyer, with more tables in its scene.
 void add_up(const std::string& more, double bound) {
