@@ -77,7 +77,7 @@ void add_runs(CLI::App& app, Arguments& a) {
   auto* compare = add_scene_command(
       app, a, "compare", "speed against error of every applicable method, as table and plot",
       "porthos compare examples/ets_vii/scene.toml --methods gauss8,rk4");
-  add_results(compare, a, "results/compare_<name of the scene>", "compare.json");
+  add_results(compare, a, "results/compare_<name of the run's folder>", "compare.json");
   compare->add_option("--methods", a.methods, "some only, see: porthos methods")
       ->delimiter(',')
       ->type_name("A,B,...");

@@ -187,7 +187,8 @@ def _of_motion(motion: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
             alone[title] = several(title, same, "the name")
         for name, y in lines.items():
             full = f"{title}.{name}"
-            alone[full] = panel(full, unit, {name: y})
+            moment, comma, force = unit.partition(", ")  # of a wrench
+            alone[full] = panel(full, force if comma and name[0] != "m" else moment, {name: y})
             places.setdefault(name, []).append(full)
             if places[name][1:] and name in ("w", "x", "y", "z", "mx", "my", "mz", "fx", "fy", "fz"):
                 alone[name] = several(name, places[name])
@@ -263,7 +264,9 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, labe
             raise InvalidArgument(f"axes are of one panel, expected what to be one of {', '.join(known)}")
         before = set(axes.get_children())
         draw[names[0]](axes, result)
-        if label is not None:
+        if label is None:
+            _tell_apart(names[0], axes, before)
+        else:
             _call(label, [a for a in axes.get_legend_handles_labels()[0] if a not in before])
         if legend:
             _legend(axes, narrow=True)
@@ -282,6 +285,17 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, labe
     figure.set_figheight(figure.get_figheight() + sum(taller) / 72)
     figure.suptitle(result.summary["title"] or "run", x=0.01, ha="left", fontsize=11, color=INK)
     return figure
+
+
+def _tell_apart(title: str, axes: "Axes", before: set[Any]) -> None:
+    """Lines of one name from two panels, as x of two vectors, are called by both: "L x"."""
+    for line in axes.get_lines():
+        if line not in before:
+            line.of_panel = (title, str(line.get_label()))
+    known = [(line, *line.of_panel) for line in axes.get_lines() if hasattr(line, "of_panel") and not str(line.get_label()).startswith("_")]
+    for line, own, name in known:
+        if any(other != own and same == name for _, other, same in known):
+            line.set_label(f"{own} {name}")
 
 
 def _call(label: str, lines: list[Any]) -> None:

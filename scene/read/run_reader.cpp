@@ -167,7 +167,10 @@ void check_pieces(const Scene& s) {
     if (e.period == 0) continue;
     const std::string what = fmt::format("'{}' has pieces of {} s", e.name, e.period);
     if (s.method == auto_method)
-      refuse(e.where, what + ", which method = \"auto\" does not know: expected a method");
+      refuse(e.where,
+             fmt::format("method = \"auto\" cannot choose a step here: expected method and step, "
+                         "since {}",
+                         what));
     if (s.step_control != integrators::StepControl::fixed)
       refuse(e.where, what + ", which steps of a step_control pass: expected steps of one size");
     if (!integrators::knows_method(s.method)) return;  // of results

@@ -55,12 +55,17 @@ std::string words(const EnergyReport& e, const Told& told) {
 
 std::string growth_words(const RunReport& r) {
   const bool recorded = r.method == "recorded";
+  const bool fails =
+      std::ranges::any_of(r.checks, [](const Check& c) { return c.name == "energy" && !c.pass; });
   return words(
       r.energy,
       {.steps = double(r.steps),
        .length = r.simulated_s,
-       .of_bounded =
-           recorded ? ": the digits of the file, or its method" : ": the truncation of the method",
+       .of_bounded = recorded ? ": the digits of the file, or its method"
+                     : fails
+                         ? ": the truncation of the method, expected a shorter step or a method of "
+                           "higher order"
+                         : ": the truncation of the method",
        .what_to_do = recorded ? ""
                               : ": does it with a shorter step (porthos compare)? Do the slopes of "
                                 "energies of your own agree with them (porthos verify)?",

@@ -73,8 +73,8 @@ void JointLimits::fill(RunReport& report) const {
         fmt::format("{}'{}' {}, beyond its {} limit of {:.6g} {}", list.empty() ? "joint " : "; ",
                     j.name, where, below ? "lower" : "upper", below ? *j.lower : *j.upper, unit);
   }
-  if (worst.size() > most_told)
-    list += fmt::format("; less far beyond: {} more", worst.size() - most_told);
+  for (size_t k = most_told; k < worst.size(); ++k)
+    list += fmt::format("{}'{}'", k == most_told ? "; less far beyond: " : ", ", worst[k].name);
   report.notes.push_back(list +
                          ": limits of the model file do not act without an element of type "
                          "\"limits\" or \"joint_stop\"");

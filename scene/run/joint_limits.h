@@ -23,7 +23,7 @@ class JointLimits {
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record);
   /// Adds one note of joints that were beyond a limit, at the start, or how far at most: of the
-  /// three worst, and how many more there are.
+  /// three worst, and the names of the others.
   void fill(RunReport& report) const;
 
  private:

@@ -145,6 +145,15 @@ Moved moved_if_known(const fs::path& folder) {
 /// "joints" of "joints [rad]"
 std::string without_unit(const std::string& what) { return what.substr(0, what.find(" [")); }
 
+/// " [N m]" of the moment "mx" in a panel " [N m, N]" of a wrench, else the panel's.
+std::string unit_of_line(const std::string& unit, const std::string& name) {
+  const size_t comma = unit.find(", ");
+  if (comma == unit.npos) return unit;
+  const size_t dot = name.rfind('.');
+  const bool moment = name[dot == name.npos ? 0 : dot + 1] == 'm';
+  return moment ? unit.substr(0, comma) + "]" : " [" + unit.substr(comma + 2);
+}
+
 /// Those of energies, works and residual in a run.h5.
 TracePanel balance_panel(const fs::path& part, const Json& summary, const std::string& what,
                          const TimeSpan& span) {
@@ -215,10 +224,10 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what,
       add_to_list(list, in_list(twice ? p.what : name));
     known.push_back(name);
     for (const TraceLine& l : p.lines) {
-      if (name + "." + l.name == what) return {{what + unit, {l}}};
+      if (name + "." + l.name == what) return {{what + unit_of_line(unit, l.name), {l}}};
       known.push_back(l.name);
       if (l.name != what) continue;
-      found.push_back({l.name + unit, {l}});
+      found.push_back({l.name + unit_of_line(unit, l.name), {l}});
       add_to_list(full, name + "." + l.name);
     }
   }

@@ -50,6 +50,12 @@ def test_the_motion(run, source, tmp_path):
     assert [t.get_text() for t in two.get_legend().get_texts()] == ["first", "second"]
     assert two.get_lines()[0].get_color() != two.get_lines()[1].get_color()
     refused(lambda: ph.plot(run, what="joints", label="first"), "expected axes as well")
+    vectors = Figure().subplots()  # lines of one name have their panels' names before them, in whatever number
+    ph.plot(run, what="path of base", axes=vectors)
+    assert [t.get_text() for t in vectors.get_legend().get_texts()] == ["x", "y", "z"]
+    for name in ("velocity of base", "rates of base"):
+        ph.plot(run, what=name, axes=vectors)
+    assert [t.get_text() for t in vectors.get_legend().get_texts()] == [f"{p} {k}" for p in ("path of base", "velocity of base", "rates of base, own axes") for k in "xyz"]
     # rates are the derivatives of positions: central differences of records 1 s apart, of a slow motion
     m = ph.Scene(source / "examples/ets_vii/scene.toml", duration=40).run(tmp_path / "slow", progress=False).motion()
     t = m["time [s]"]["t"]

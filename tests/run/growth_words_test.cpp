@@ -31,6 +31,10 @@ TEST(GrowthWords, OfEachKindOfError) {
   EXPECT_EQ(words(run(1e-13, 0.02)), "stays bounded (growth exponent 0.02)");
   EXPECT_EQ(words(run(1e-9, 0.02)),
             "stays bounded (growth exponent 0.02), above rounding: the truncation of the method");
+  auto failing = run(1e-9, 0.02);
+  failing.checks = {{"energy", 1e-9, 1e-12, false}};
+  EXPECT_TRUE(words(failing).ends_with(
+      "the truncation of the method, expected a shorter step or a method of higher order"));
   // The same exponent of an error that is no rounding is none of it.
   EXPECT_EQ(words(run(1e-9, 0.48)),
             "grows (growth exponent 0.48), by more than rounding: does it with a shorter step "

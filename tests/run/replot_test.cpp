@@ -135,16 +135,21 @@ TEST(Replot, APartOfARunHasItsRecordsAlone) {
   }
 }
 
-TEST(Replot, TheBeginningOfANameIsEnoughIfItIsTheOnlyOne) {
+TEST(Replot, TheBeginningOfANameIsEnoughAndAComponentHasItsUnit) {
   const TemporaryFolder folder;
   write_bytes(folder / "arm.urdf", arm_urdf());
   write_bytes(folder / "scene.toml",
-              "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[integrator]\nmethod = 'gauss8'\nstep = "
+              "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[[output]]\nquantity = "
+              "'joint_wrench'\nname = 'load'\njoint = 'elbow'\n"
+              "[integrator]\nmethod = 'gauss8'\nstep = "
               "0.02\n[run]\nduration = 1\n");
   const auto s = scene::read_scene((folder / "scene.toml").string());
   scene::run(s, scene::assemble(s), into(folder / "out"));
   const auto figure = [&](const char* what) { return scene::figures(folder / "out", what); };
   EXPECT_EQ(figure("rates of base"), figure("rates of base, own axes"));
+  for (const auto& [what, unit] : {std::pair{"load.mx", "N m"}, {"mx", "N m"}, {"load.fz", "N"}})
+    EXPECT_TRUE(says(figure(what).at(0), std::string(what) + " [" + unit + "]")) << what;
+  EXPECT_TRUE(says(figure("load").at(0), "load [N m, N]"));
   EXPECT_EQ(figure("rot"), figure("rotation of base"));
   EXPECT_TRUE(says(refusal([&] { figure("rates of"); }), ", 'rates of base, own axes', "));
 }
