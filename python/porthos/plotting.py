@@ -291,8 +291,8 @@ def _tell_apart(title: str, axes: "Axes", before: set[Any]) -> None:
     """Lines of one name from two panels, as x of two vectors, are called by both: "L x"."""
     for line in axes.get_lines():
         if line not in before:
-            line.of_panel = (title, str(line.get_label()))
-    known = [(line, *line.of_panel) for line in axes.get_lines() if hasattr(line, "of_panel") and not str(line.get_label()).startswith("_")]
+            setattr(line, "of_panel", (title, str(line.get_label())))
+    known = [(line, *of) for line in axes.get_lines() if (of := getattr(line, "of_panel", None)) and not of[1].startswith("_")]
     for line, own, name in known:
         if any(other != own and same == name for _, other, same in known):
             line.set_label(f"{own} {name}")

@@ -118,6 +118,7 @@ std::vector<Output> read_outputs(const Table& scene);
 /// The tables [[stop]]. @throws InvalidArgument as read_scene()
 std::vector<Stop> read_stops(const Table& scene, const std::vector<Output>& outputs);
 
+/// The table [[stop]] of the schema.
 SchemaTable stop_table();
 /// The tables of the schema, one for each quantity, and that of [[stop]].
 std::vector<SchemaTable> output_tables();

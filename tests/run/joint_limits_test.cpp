@@ -58,5 +58,25 @@ TEST(JointLimits, TheThreeFastestAndACount) {
   EXPECT_FALSE(says(note_on(3, "velocities of the model file's"), " more")) << "control";
 }
 
+TEST(JointLimits, ASoftLimitIsNamedWhereTheEnergyFails) {
+  const auto notes = [](double limit) {
+    const TemporaryFolder folder;
+    write_bytes(folder / "arm.urdf", arm_urdf());
+    write_bytes(
+        folder / "scene.toml",
+        "[model]\nurdf = \"arm.urdf\"\nbase = \"fixed\"\n[initial]\njoints.elbow = { velocity "
+        "= 3 }\n[[element]]\ntype = \"limits\"\nname = \"ends\"\njoint = \"elbow\"\nlower = -1\n"
+        "upper = 1\nstiffness = 1e4\n[integrator]\nmethod = \"gauss8\"\nstep = 0.01\n[run]\n"
+        "duration = 4\n[verify]\nenergy = " +
+            std::to_string(limit) + "\n");
+    const auto s = scene::read_scene((folder / "scene.toml").string());
+    std::string all;
+    for (const auto& n : scene::run_in_memory(s, scene::assemble(s), {}).notes) all += n + "\n";
+    return all;
+  };
+  EXPECT_TRUE(says(notes(0), "the slope of the force of 'ends' jumps where the limit begins"));
+  EXPECT_FALSE(says(notes(0.9), "the slope of the force")) << "control: the energy passes";
+}
+
 }  // namespace
 }  // namespace porthos::test::joint_limits_test
