@@ -109,7 +109,7 @@ class Environment::Turn final : public BatchRun {
     bool finite = outcome == integrators::Outcome::ok;
     for (const double x : last.x) finite &= std::isfinite(x);
     e_.failed_[at_] = !finite;
-    if (outcome == integrators::Outcome::ok) e_.states_[at_] = last;
+    if (finite) e_.states_[at_] = last;
     const auto& own = e_.given_[size_t(e_.cases_[at_])].ended;
     const auto& ended = own ? own : e_.o_.ended;
     e_.terminated_[at_] = !finite || (ended && ended(e_.states_[at_].x));
@@ -159,7 +159,8 @@ Environment::Environment(std::vector<EnvironmentCase> cases, EnvironmentOptions 
   actions_.resize(n * driven_.size());
   energies_.resize(n);
   observations_.resize(n * size_t(observation_size()));
-  final_ = observations_;
+  final_ = before_ = observations_;
+  energies_before_ = energies_;
   terminated_.resize(n);
   truncated_.resize(n);
   failed_.resize(n);
@@ -208,6 +209,7 @@ void Environment::begin(int environment) {
   plant_of(environment).require_on_constraints(x);
   states_[i] = phs::State(d, std::move(x));
   phs::wrap_angles(d, states_[i]);
+  observe(environment);
 }
 
 void Environment::Plant::require_on_constraints(std::span<const double> x) {
@@ -239,7 +241,9 @@ void Environment::Plant::require_on_constraints(std::span<const double> x) {
     refuse("the rate of the gap", " m/s or rad/s", slip);
 }
 
-void Environment::observe(int environment, std::span<double> to) {
+void Environment::observe(int environment) {
+  const auto width = size_t(observation_size());
+  const auto to = std::span(observations_).subspan(size_t(environment) * width, width);
   const phs::State& s = states_[size_t(environment)];
   auto& system = plant_of(environment).at(s);
   energies_[size_t(environment)] = system.hamiltonian(s.x);
@@ -258,11 +262,7 @@ void Environment::reset(std::optional<std::uint64_t> seed) {
     std::iota(streams_.begin(), streams_.end(), 0);
     std::fill(episodes_.begin(), episodes_.end(), -1);
   }
-  const auto width = size_t(observation_size());
-  for (int i = 0; i < o_.count; ++i) {
-    begin(i);
-    observe(i, std::span(observations_).subspan(size_t(i) * width, width));
-  }
+  for (int i = 0; i < o_.count; ++i) begin(i);
   final_ = observations_;
   final_energies_ = energies_;
   final_cases_ = cases_;
@@ -300,21 +300,37 @@ void Environment::step(std::span<const double> actions) {
   for (const double u : actions)
     if (!std::isfinite(u)) throw InvalidArgument("an action is not a finite number");
   std::copy(actions.begin(), actions.end(), actions_.begin());
+  before_ = observations_;
+  energies_before_ = energies_;
   advance();
   final_cases_ = cases_;
   const auto width = size_t(observation_size());
   for (int i = 0; i < o_.count; ++i) {
     const auto k = size_t(i);
-    const auto row = std::span(observations_).subspan(k * width, width);
     ++lengths_[k];
     truncated_[k] = !terminated_[k] && o_.longest > 0 && lengths_[k] >= o_.longest;
-    observe(i, row);
-    std::copy(row.begin(), row.end(), final_.begin() + long(k * width));
+    observe(i);
+    std::copy_n(observations_.begin() + long(k * width), width, final_.begin() + long(k * width));
     final_energies_[k] = energies_[k];
-    if (terminated_[k] || truncated_[k]) {
-      begin(i);
-      observe(i, row);
+    if (terminated_[k] || truncated_[k]) begin(i);
+  }
+}
+
+void Environment::end(std::span<const std::uint8_t> which, bool failed) {
+  require_size("flags of an environment", which.size(), size_t(o_.count));
+  const auto width = size_t(observation_size());
+  for (int i = 0; i < o_.count; ++i) {
+    const auto k = size_t(i);
+    if (!which[k]) continue;
+    const bool begun = terminated_[k] || truncated_[k];
+    terminated_[k] = 1;
+    truncated_[k] = 0;
+    if (failed && !failed_[k]) {
+      failed_[k] = 1;
+      std::copy_n(before_.begin() + long(k * width), width, final_.begin() + long(k * width));
+      final_energies_[k] = energies_before_[k];
     }
+    if (!begun) begin(i);
   }
 }
 
@@ -322,8 +338,7 @@ void Environment::set_state(int environment, const phs::State& state) {
   require_size("state of an environment", state.x.size(), given_[0].start.size());
   require_size("turns of a state", state.turns.size(), states_[size_t(environment)].turns.size());
   states_[size_t(environment)] = state;
-  const auto width = size_t(observation_size());
-  observe(environment, std::span(observations_).subspan(size_t(environment) * width, width));
+  observe(environment);
 }
 
 }  // namespace porthos::ensemble

@@ -83,6 +83,10 @@ class Environment {
   /// @param actions  count × action_size(). @throws InvalidArgument for another size or a number
   ///   that is not finite
   void step(std::span<const double> actions);
+  /// Ends the episodes of these environments (count() flags) in the step just taken, and begins the
+  /// next ones, where step() has not: as `ended` does, or as a failure does. One that has failed
+  /// observed last what it did before the step. @throws InvalidArgument for another number of flags
+  void end(std::span<const std::uint8_t> which, bool failed);
 
   std::span<const double> observations() const { return observations_; }
   /// For environments whose episode ended in the last step, the last observation of that episode;
@@ -111,11 +115,12 @@ class Environment {
   class Turn;
   class Plant;
   void check_options() const;
+  /// Begins the next episode, observed in observations_.
   void begin(int environment);
   /// Steps every environment, those of a model in lanes.
   void advance();
   /// Writes the observation and the energy.
-  void observe(int environment, std::span<double> to);
+  void observe(int environment);
   Plant& plant_of(int environment) const;
 
   std::vector<EnvironmentCase> given_;
@@ -129,6 +134,7 @@ class Environment {
   std::vector<int> cases_, final_cases_;
   std::vector<phs::State> states_;
   std::vector<double> actions_, observations_, final_, energies_, final_energies_;
+  std::vector<double> before_, energies_before_;  ///< of the last step
   std::vector<std::uint8_t> terminated_, truncated_, failed_;
   std::vector<std::int64_t> lengths_, episodes_;
 };

@@ -72,6 +72,7 @@ py::array_t<T> table(py::handle self, std::span<const T> values, int rows, int c
   return columns < 0 ? view(values.data(), {rows}, self)
                      : view(values.data(), {rows, columns}, self);
 }
+using Flags = py::array_t<bool, py::array::c_style | py::array::forcecast>;
 Environment& of(py::handle self) { return self.cast<Environment&>(); }
 
 py::object observations(py::handle self) {
@@ -149,7 +150,7 @@ for as many as the machine has. ports: that actions drive; empty: all. observed:
 whether y of the ports that are driven is observed after them.
 
 begin(uniform, x) -> x: where an episode begins; uniform(n) gives n random numbers in [0, 1) of the episode's own.
-ended(x) -> bool: whether an episode has ended at x. Both take the GIL.
+ended(x) -> bool: whether an episode has ended at x. Both take the GIL: end() ends episodes by one call for all.
 cases: [(model, start, ended or None), ...] in place of model and start: models that differ in numbers alone. Every episode draws
 the one it begins as; what each environment has now stands in `cases`.)")
       .def_property_readonly("count", &Environment::count)
@@ -189,6 +190,16 @@ the one it begins as; what each environment has now stands in `cases`.)")
           },
           arg("actions"),
           "actions: (count, action_size). Returns (observations, terminated, truncated).")
+      .def(
+          "end",
+          [](py::object self, const Flags& which, bool failed) {
+            const std::vector<std::uint8_t> flagged(which.data(), which.data() + which.size());
+            return observations_after(self, [&](Environment& e) { e.end(flagged, failed); });
+          },
+          arg("which"), py::kw_only(), arg("failed") = false,
+          "Ends the episodes of the environments where `which` is True, (count,), in the step just "
+          "taken, as `ended` does, or as a failure does: what it observed last is then what it did "
+          "before the step. Returns observations.")
       .def_property_readonly(
           "observations", [](py::object self) { return observations(self); },
           "(count, observation_size)")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import difflib
-from typing import Any, Mapping
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 
-from ._core import InvalidArgument
+from ._core import Description, InvalidArgument, Mechanism
 
 passed_on = ("method", "step", "substeps", "seed", "longest", "threads", "ports", "begin", "ended")  # to Environment
 
@@ -30,9 +30,9 @@ def check_options(options: dict[str, Any]) -> None:
         if name in ("cases", "change"):
             raise InvalidArgument(f"{name} is of from_scene, expected " + ("begin=, a function that says where episodes begin" if name == "cases" else "another model"))
         if name not in passed_on:
-            known = ("reward", "limit", "num_envs", "dtype", "mechanism", "scene", "render_mode", "picture", "rates", "observed", "cases", "change", *passed_on)
+            known = ("reward", "terminated", "limit", "num_envs", "dtype", "mechanism", "scene", "render_mode", "picture", "rates", "observed", "cases", "change", *passed_on)
             near = difflib.get_close_matches(name, known, 1)
-            raise InvalidArgument(f"there is no option '{name}', expected {repr(near[0]) if near else 'one of ' + ', '.join(known)}")
+            raise InvalidArgument(f"there is no option '{name}', expected {repr(near[0]) if near else 'one of ' + ', '.join(known[:6]) + ', ...: help(porthos.VectorEnv)'}")
     if isinstance(ports := options.get("ports"), str):
         raise InvalidArgument(f"ports is {ports!r}, expected a list of names: [{ports!r}]")
 
@@ -42,6 +42,28 @@ def read_only(a: np.ndarray) -> np.ndarray:
     view = a.view()
     view.flags.writeable = False
     return view
+
+
+def driven(given: Sequence[str] | None, d: Description, m: Mechanism | None) -> dict[str, int]:
+    """The ports that actions drive, and their sizes; where none are given, all but the wrenches on free bodies."""
+    sizes = {p.name: p.size for p in d.ports}
+    if not given:
+        free = {c.joint + ".wrench" for c in m.coordinates} if m is not None else {"base.wrench"}
+        return {p: n for p, n in sizes.items() if n < 6 or p not in free} or sizes
+    for port in given:
+        if port not in sizes:
+            near = [p for p in sizes if p.startswith(f"{port}.")] or difflib.get_close_matches(port, sizes, 1) or list(sizes)[:3]
+            raise InvalidArgument(f"ports has '{port}', expected a port of '{d.name}', as {', '.join(map(repr, near))}")
+        if list(given).count(port) > 1:
+            raise InvalidArgument(f"ports: the port '{port}' is named twice, expected once")
+    return {p: sizes[p] for p in given}
+
+
+def of_each(what: str, given: Any, n: int) -> np.ndarray:
+    """What a function of the batch gave, a number for each of n environments."""
+    if np.shape(given) != (n,):
+        raise InvalidArgument(f"{what} gave shape {np.shape(given)}, expected ({n},)")
+    return np.asarray(given)
 
 
 def limits(limit: Any, ports: Mapping[str, int]) -> np.ndarray:

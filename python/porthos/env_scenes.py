@@ -23,8 +23,8 @@ def assemblies_of(scene: Scene, cases: int, options: Mapping[str, Any]) -> list[
     if scene.data.events:
         raise InvalidArgument(f"{path} has events (first: {scene.data.events[0]}), which an environment does not see, expected none: "
                               "no [[event]], and no [initial] from a run with a capture or a lock")
-    if scene.data.stops and "ended" not in options:
-        raise InvalidArgument(f"{path} has {scene.data.stops} [[stop]]s, which an environment does not see, expected ended=, a function of the state that says them")
+    if scene.data.stops and not {"ended", "terminated"} & set(options):
+        raise InvalidArgument(f"{path} has {scene.data.stops} [[stop]]s, which an environment does not see, expected ended= or terminated=, a function that says them")
     if cases and "begin" in options:
         raise InvalidArgument("begin is given besides cases, expected one of both")
     before, scene.data.centre_stays = scene.data.centre_stays, True  # actions may push it

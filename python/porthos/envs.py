@@ -11,7 +11,7 @@ import numpy as np
 
 from ._core import Assembly, Environment, InvalidArgument, LivePicture, Mechanism, Model, momenta_from_rates, rates_from_momenta
 from .env_observed import Sight
-from .env_options import check_look, check_options, limits, read_only
+from .env_options import check_look, check_options, driven, limits, of_each, read_only
 from .env_scenes import assemblies_of, scene_of
 from .results import PathLike
 from .runs import Scene
@@ -22,6 +22,7 @@ except ImportError:
     gymnasium = None
 
 Reward = Callable[[np.ndarray, np.ndarray], np.ndarray]
+Terminated = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 class Box:
@@ -100,8 +101,11 @@ class VectorEnv(_VectorBase):
     where: "rate of base.attitude[0]" is an angular rate, "rate of base.position[0]" a velocity of a free body, both along its own
     axes. observed: some of these names instead, and of the scene's [[output]]s ("tip", or one of its numbers, "tip.x"); begin and
     ended take all. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine.
-    Actions are inputs of `ports` (all but the wrench on the base, where none are named), in [-limit, limit]; what is beyond is cut
-    off. limit: a number, one for each port, or by their names, {"elbow.torque": 3}. Joint limits of the model file do not act without elements of type "limits". reward(observations, actions) -> (n,); both may not be written.
+    Actions are inputs of `ports` (where none are named, all but the wrenches on free bodies: the base, targets), in [-limit, limit];
+    what is beyond is cut off. limit: a number, one for each port, or by their names, {"elbow.torque": 3}. Joint limits of the model file do not act without elements of type "limits". reward(observations, actions) -> (n,); both may not be written.
+    terminated(observations, actions) -> (n,) of bool, also called once in a step: which episodes end at what reward sees.
+    A copy whose method fails, whose observation is not finite in dtype, or whose reward is not at an observation beyond 1e9, ends as
+    terminated with info["failed"]; it observed last what it did before the step.
     An episode that ends begins anew in the same step: its last observation is then in info["final_obs"], by info["_final_obs"].
     mechanism: the one in the model, whose state comes first, where the model does not name it (from_scene does).
     scene: a scene file of the same mechanism, by which render() draws (from_scene gives it). render_mode: "rgb_array" or None.
@@ -118,7 +122,7 @@ class VectorEnv(_VectorBase):
     _recipe: tuple[PathLike, dict[str, Any]] | None = None  # of from_scene with a path
 
     def __init__(self, model: Model, start, *, reward: Reward, limit: float | Sequence[float] | Mapping[str, float], num_envs: int = 1, dtype: Any = np.float32, mechanism: Any = None,
-                 scene: PathLike | None = None, render_mode: str | None = None, picture: dict[str, Any] | None = None, rates: bool = False, observed: Sequence[str] | None = None,
+                 terminated: Terminated | None = None, scene: PathLike | None = None, render_mode: str | None = None, picture: dict[str, Any] | None = None, rates: bool = False, observed: Sequence[str] | None = None,
                  _cases: Sequence[Assembly] = (), **options: Any):
         if render_mode not in (None, "rgb_array"):
             raise InvalidArgument(f"render_mode is {render_mode!r}, expected 'rgb_array' or None")
@@ -126,6 +130,8 @@ class VectorEnv(_VectorBase):
         check_look(picture or {})
         if not callable(reward):
             raise InvalidArgument(f"reward is {reward!r}, expected a function of observations and actions")
+        if not (terminated is None or callable(terminated)):
+            raise InvalidArgument(f"terminated is {terminated!r}, expected a function of observations and actions")
         if not np.issubdtype(np.dtype(dtype), np.floating):
             raise InvalidArgument(f"dtype is {np.dtype(dtype)}, expected one of floating point, as float32")
         if not isinstance(model, Model):
@@ -133,14 +139,14 @@ class VectorEnv(_VectorBase):
         self._mechanism = mechanism if mechanism is not None else getattr(model, "mechanism", None)
         if render_mode is not None and (scene is None or self._mechanism is None):
             raise InvalidArgument("render_mode is 'rgb_array', but there is no scene to draw by, expected one: from_scene(path), or scene=path")
-        self._reward, self._dtype = reward, np.dtype(dtype)
+        self._reward, self._terminated, self._dtype = reward, terminated, np.dtype(dtype)
         description = model.description
-        every = [p.name for p in description.ports]
         mechanisms = [a.mechanism for a in _cases] or [self._mechanism]
         data = scene.data if isinstance(scene, Scene) else None
         self._sight = Sight(mechanisms, description.nx, observed, data, _cases if data else ())
         self.names: list[str] = self._sight.names
-        ports = options["ports"] = list(options.get("ports") or [p for p in every if p != "base.wrench"] or every)
+        sizes = driven(options.get("ports"), description, self._mechanism)
+        options["ports"] = list(sizes)
         if rates:
             if self._mechanism is None:
                 raise InvalidArgument("rates is True, but the model has no mechanism that is known, expected mechanism=")
@@ -150,11 +156,10 @@ class VectorEnv(_VectorBase):
         if _cases:
             options["cases"] = [(a.model, a.start, e) for a, e in zip(_cases, endings)]
         options["ended"] = endings[0]
-        sizes = {p.name: p.size for p in description.ports}
-        self._limit = limits(limit, {p: sizes.get(p, 1) for p in ports})
+        self._limit = limits(limit, sizes)
         self._batch = Environment(model, start, count=num_envs, **options)
         number = lambda name, n: [name] if n == 1 else [f"{name}[{k}]" for k in range(n)]
-        self.action_names: list[str] = [n for p in ports for n in number(p, sizes[p])]
+        self.action_names: list[str] = [n for p, size in sizes.items() for n in number(p, size)]
         self.num_envs = num_envs
         self.single_observation_space = _box(-np.inf, np.inf, (len(self.names),), self._dtype)
         most = self._limit.astype(self._dtype)
@@ -226,7 +231,36 @@ class VectorEnv(_VectorBase):
         return self._batch.final_energies.copy()
 
     def _seen(self, x: np.ndarray, cases: np.ndarray, steps: np.ndarray) -> np.ndarray:
-        return self._sight.see(x, cases, steps * self._batch.interval).astype(self._dtype)
+        with np.errstate(over="ignore"):  # what is not finite then has failed
+            return self._sight.see(x, cases, steps * self._batch.interval).astype(self._dtype)
+
+    def _last(self, steps: np.ndarray) -> np.ndarray:
+        """What was observed at the end of the step, before a next episode."""
+        return self._seen(self._batch.final_observations, self._batch.final_cases, steps - self._batch.failed)
+
+    def _rewards(self, last: np.ndarray, u: np.ndarray) -> np.ndarray:
+        return of_each("reward", self._reward(read_only(last), read_only(u)), self.num_envs).astype(np.float64)
+
+    def _judged(self, u: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What was observed last, and the rewards. Ends the episodes that have blown up and those that `terminated` names."""
+        last = self._last(steps)
+        if (wrong := ~np.isfinite(last).all(axis=1)).any():
+            self._batch.end(wrong, failed=True)
+            last = self._last(steps)
+        rewards = self._rewards(last, u)
+        if (wrong := ~np.isfinite(rewards) & (np.abs(last) > 1e9).any(axis=1)).any():
+            self._batch.end(wrong, failed=True)
+            last = self._last(steps)
+            rewards = self._rewards(last, u)
+        if (wrong := ~np.isfinite(rewards) & ~self._batch.failed).any():
+            where = f" for environment {int(np.flatnonzero(wrong)[0])}" if self.num_envs > 1 else ""
+            raise InvalidArgument(f"reward gave {rewards[wrong][0]}{where}, expected a finite number")
+        if self._terminated:
+            over = of_each("terminated", self._terminated(read_only(last), read_only(u)), self.num_envs)
+            if over.dtype != bool:
+                raise InvalidArgument(f"terminated gave {over.dtype}, expected True or False of each environment")
+            self._batch.end(over)
+        return last, rewards
 
     def reset(self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None):
         """(observations, info): the first episode of the seed, of one for each environment, or the next."""
@@ -247,21 +281,16 @@ class VectorEnv(_VectorBase):
             raise InvalidArgument(f"actions have shape {given.shape}, expected {self.action_space.shape}")
         u = np.ascontiguousarray(np.clip(given, -self._limit, self._limit))
         steps = self._batch.lengths + 1
-        x, terminated, truncated = self._batch.step(u)
-        ended = terminated | truncated
-        observations, info = self._seen(x, self._batch.cases, self._batch.lengths), {}
-        last = observations
-        if ended.any():
-            last = self._seen(self._batch.final_observations, self._batch.final_cases, steps)
-            info = {"final_obs": last, "_final_obs": ended.copy()}
-        if self._batch.failed.any():
-            info["failed"] = self._batch.failed.copy()
-        rewards = np.asarray(self._reward(read_only(last), read_only(u)), dtype=np.float64)
-        if rewards.shape != (self.num_envs,):
-            raise InvalidArgument(f"reward gave shape {rewards.shape}, expected ({self.num_envs},)")
-        if (wrong := ~np.isfinite(rewards) & ~self._batch.failed).any():
-            raise InvalidArgument(f"reward gave {rewards[wrong][0]} for environment {int(np.flatnonzero(wrong)[0])}, expected a finite number")
-        return observations, rewards, terminated.copy(), truncated.copy(), info
+        self._batch.step(u)
+        last, rewards = self._judged(u, steps)
+        observations, info = last, {}
+        terminated, truncated, failed = (flags.copy() for flags in (self._batch.terminated, self._batch.truncated, self._batch.failed))
+        if (ended := terminated | truncated).any():
+            observations = self._seen(self._batch.observations, self._batch.cases, self._batch.lengths)
+            info = {"final_obs": last, "_final_obs": ended}
+        if failed.any():
+            info["failed"] = failed
+        return observations, rewards, terminated, truncated, info
 
     def render(self) -> tuple[np.ndarray, ...]:
         """A picture of each environment, (height, width, 3), by a Chromium without a window: some tens of milliseconds each."""
@@ -280,7 +309,7 @@ class VectorEnv(_VectorBase):
 
 
 class Env(_EnvBase):
-    """One environment, as gymnasium.Env: see VectorEnv for the arguments. reward(observation, action) -> float.
+    """One environment, as gymnasium.Env: see VectorEnv for the arguments. reward(observation, action) -> float, and terminated(observation, action) -> bool.
 
     An episode begins with reset(); before the first and after the end of one step() is refused.
     """
@@ -289,13 +318,15 @@ class Env(_EnvBase):
     render_mode = None
     _recipe: tuple[PathLike, dict[str, Any]] | None = None
 
-    def __init__(self, model: Model, start, *, reward: Callable[[np.ndarray, np.ndarray], float], limit: float | Sequence[float] | Mapping[str, float], **options: Any):
+    def __init__(self, model: Model, start, *, reward: Callable[[np.ndarray, np.ndarray], float], limit: float | Sequence[float] | Mapping[str, float],
+                 terminated: Callable[[np.ndarray, np.ndarray], bool] | None = None, **options: Any):
         if "num_envs" in options:
             raise InvalidArgument("num_envs is of VectorEnv, an Env is one")
         if not callable(reward):
             raise InvalidArgument(f"reward is {reward!r}, expected a function of an observation and an action")
         self._reward, self._ended, self._end = reward, True, None
-        self._vector = VectorEnv(model, start, reward=self._rewards, limit=limit, **options)
+        each = (lambda o, u: np.reshape(terminated(o[0], u[0]), -1)) if callable(terminated) else terminated
+        self._vector = VectorEnv(model, start, reward=self._rewards, terminated=each, limit=limit, **options)
         self.observation_space = self._vector.single_observation_space
         self.action_space = self._vector.single_action_space
         self.names, self.action_names, self.render_mode = self._vector.names, self._vector.action_names, self._vector.render_mode
@@ -312,7 +343,7 @@ class Env(_EnvBase):
 
     def _rewards(self, observations: np.ndarray, actions: np.ndarray) -> list[float]:
         given = np.asarray(self._reward(observations[0], actions[0]), dtype=np.float64)
-        if given.ndim > 0 or not (np.isfinite(given) or self.batch.failed[0]):
+        if given.ndim > 0:
             raise InvalidArgument(f"reward gave {given}, expected a finite number")
         return [float(given)]
 

@@ -159,6 +159,44 @@ TEST(Environment, AFailureBeginsTheNextEpisode) {
   EXPECT_TRUE(env.state(0) == env.state(2)) << "a neighbour's failure changes nothing";
 }
 
+TEST(Environment, ACallerEndsEpisodes) {
+  Environment env(mass(), {0.5, 0}, {.count = 4, .step = 0.1, .longest = 2});
+  std::vector<double> before, energy;
+  for (int k = 0; k < 2; ++k) {
+    before.assign(env.observations().begin(), env.observations().end());
+    energy.assign(env.energies().begin(), env.energies().end());
+    if (k == 1) env.set_state(3, phs::State(env.model().description(), {0.4, 0.0}));
+    env.step(std::vector{1.0, 1.0, 1.0, 1.0});
+    if (k == 0) env.end(std::vector<std::uint8_t>{0, 1, 0, 0}, true);
+  }
+  // 0 and 2 are cut off by their length, 1 began anew in the first step.
+  const std::vector<double> last(env.final_observations().begin(), env.final_observations().end());
+  env.end(std::vector<std::uint8_t>{0, 1, 1, 0}, false);
+  env.end(std::vector<std::uint8_t>{1, 0, 0, 0}, true);
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(env.terminated()[i], i < 3) << i;
+    EXPECT_EQ(env.truncated()[i], i == 3) << i;
+    EXPECT_EQ(env.failed()[i], i == 0) << i;
+    EXPECT_EQ(env.episodes()[i], i == 1 ? 2 : 1) << "begun once in each end";
+    EXPECT_EQ(env.observations()[2 * i], 0.5) << "the next start";
+    for (size_t j = 2 * i; j < 2 * i + 2; ++j)
+      EXPECT_EQ(env.final_observations()[j], i == 0 ? before[j] : last[j]) << i;
+  }
+  EXPECT_EQ(env.final_energies()[0], energy[0]);
+  EXPECT_NE(env.final_energies()[2], energy[2]) << "control: one that did not fail";
+  const auto few = [&] { env.end(std::vector<std::uint8_t>{1}, true); };
+  EXPECT_NE(refusal(few), "");
+}
+
+TEST(Environment, AStateThatIsNotFiniteIsNotKept) {
+  // Runge-Kutta far beyond its stability: the spring's state grows until it overflows.
+  Environment env(mass(), {0.5, 0}, {.method = "rk4", .step = 1e3});
+  for (int k = 0; k < 100 && !env.failed()[0]; ++k) env.step(std::vector{0.0});
+  EXPECT_EQ(env.failed()[0], 1) << "control: it overflows";
+  EXPECT_GT(std::fabs(env.final_observations()[0]), 1e200);
+  EXPECT_TRUE(std::isfinite(env.final_observations()[0]));
+}
+
 TEST(Environment, Refuses) {
   const auto said = [](EnvironmentOptions o) {
     return refusal([&] { Environment(mass(), {0, 0}, o); });

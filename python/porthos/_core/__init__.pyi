@@ -1416,7 +1416,7 @@ class Environment:
         whether y of the ports that are driven is observed after them.
 
         begin(uniform, x) -> x: where an episode begins; uniform(n) gives n random numbers in [0, 1) of the episode's own.
-        ended(x) -> bool: whether an episode has ended at x. Both take the GIL.
+        ended(x) -> bool: whether an episode has ended at x. Both take the GIL: end() ends episodes by one call for all.
         cases: [(model, start, ended or None), ...] in place of model and start: models that differ in numbers alone. Every episode draws
         the one it begins as; what each environment has now stands in `cases`.
         """
@@ -1439,6 +1439,9 @@ class Environment:
         ...
     def step(self, actions: Any) -> tuple:
         """actions: (count, action_size). Returns (observations, terminated, truncated)."""
+        ...
+    def end(self, which: numpy.ndarray[bool], *, failed: bool = False) -> Any:
+        """Ends the episodes of the environments where `which` is True, (count,), in the step just taken, as `ended` does, or as a failure does: what it observed last is then what it did before the step. Returns observations."""
         ...
     @property
     def observations(self) -> Any:
@@ -1856,8 +1859,8 @@ def find_template() -> str:
     """The page of report.html without its data; empty if there is none."""
     ...
 
-def write_report(folder: str, out: str, page: str, models: list[os.PathLike] = []) -> None:
-    """Fills the template `page` with the results in a folder and writes `out`. models: where the meshes of the model are."""
+def write_report(folder: str, out: str, page: str, models: list[os.PathLike] = []) -> str:
+    """Fills the template `page` with the results in a folder and writes `out`. models: where the meshes of the model are. Returns what the playback does not show of them, empty if it shows all."""
     ...
 
 def write_film(page: str, out: str, size: tuple[int, int], start: Optional[float], end: Optional[float], speed: Optional[float], camera: str, follow: str, orbit: bool, arrows: bool, dark: bool, trail: bool, text: bool) -> None:
