@@ -201,6 +201,25 @@ Pack<double, W, n>& operator*=(Pack<double, W, n>& a, Pack<double, W, n> b) {
   return a = a * b;
 }
 
+// Qualified calls, phs::sqrt(x), do not see the friends of a Pack; within these the friend is the
+// better match.
+template <int W, bool n>
+Pack<double, W, n> sqrt(Pack<double, W, n> x) {
+  return sqrt(x);
+}
+template <int W, bool n>
+Pack<double, W, n> abs(Pack<double, W, n> x) {
+  return abs(x);
+}
+template <int W, bool n>
+Pack<double, W, n> fma(Pack<double, W, n> a, Pack<double, W, n> b, Pack<double, W, n> c) {
+  return fma(a, b, c);
+}
+template <int W, bool n>
+Pack<double, W, n> select(Mask<W, n> m, Pack<double, W, n> a, Pack<double, W, n> b) {
+  return select(m, a, b);
+}
+
 using Pack4 = Pack<double, 4>;
 using Pack8 = Pack<double, 8>;
 

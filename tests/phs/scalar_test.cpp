@@ -138,6 +138,32 @@ TYPED_TEST(PackLanes, OneNumberFillsEveryLane) {
   EXPECT_TRUE(is_pack<TypeParam> && !is_real<TypeParam>);
 }
 
+/// Calls by the qualified name do not look at the arguments, so they need a declaration.
+template <class T>
+std::array<T, 5> qualified(T x) {
+  return {porthos::phs::sqrt(x * x), porthos::phs::abs(x), porthos::phs::fma(x, x, T(1.0)),
+          porthos::phs::select(x < T(0.0), -x, x), porthos::phs::sin(x)};
+}
+
+TEST(Scalar, QualifiedCallsOfEveryScalar) {
+  for (const double x : {-0.0, 0.5, -1.5, inf}) {
+    const auto d = qualified(x);
+    const auto check = [&](const auto& f, auto number) {
+      for (size_t k = 0; k < d.size(); ++k) EXPECT_TRUE(same(number(f[k]), d[k], true)) << x;
+    };
+    const auto lane = [](const auto& p) { return p[1]; };
+    check(qualified(Pack<double, 2>(x)), lane);
+    check(qualified(Pack4(x)), lane);
+    check(qualified(Pack8(x)), lane);
+    if (x != 0) check(qualified(Dual{x, 1.0}), [](const Dual& f) { return f.v; });
+  }
+  EXPECT_EQ(double(qualified(Quad(-1.5))[0]), 1.5);
+  EXPECT_EQ(double(qualified(-1.5L)[1]), 1.5);
+  EXPECT_FALSE(same(select(Pack4(-0.0) < Pack4(0.0), -Pack4(-0.0), Pack4(-0.0))[0],
+                    porthos::phs::abs(Pack4(-0.0))[0]))
+      << "control: abs by comparison keeps the sign of a zero";
+}
+
 TEST(Scalar, AbsMinMaxOfDouble) {
   EXPECT_EQ(abs(-2.5), 2.5);
   EXPECT_EQ(abs(-inf), inf);
