@@ -86,6 +86,9 @@ class Environment::Plant {
   /// @throws InvalidArgument where x, angles with their turns, leaves a loop open or moves it
   void require_on_constraints(std::span<const double> x);
   LaneTeam& team(int thread) { return *teams_[size_t(thread)]; }
+  void add_spent(LaneTeam::Spent& sum) const {
+    for (const auto& t : teams_) t->add_spent(sum);
+  }
 
  private:
   HeldInputs held_;
@@ -159,8 +162,6 @@ Environment::Environment(std::vector<EnvironmentCase> cases, EnvironmentOptions 
   actions_.resize(n * driven_.size());
   energies_.resize(n);
   observations_.resize(n * size_t(observation_size()));
-  final_ = before_ = observations_;
-  energies_before_ = energies_;
   terminated_.resize(n);
   truncated_.resize(n);
   failed_.resize(n);
@@ -263,8 +264,8 @@ void Environment::reset(std::optional<std::uint64_t> seed) {
     std::fill(episodes_.begin(), episodes_.end(), -1);
   }
   for (int i = 0; i < o_.count; ++i) begin(i);
-  final_ = observations_;
-  final_energies_ = energies_;
+  final_ = before_ = observations_;
+  final_energies_ = energies_before_ = energies_;
   final_cases_ = cases_;
   for (auto* flags : {&terminated_, &truncated_, &failed_})
     std::fill(flags->begin(), flags->end(), 0);
@@ -282,6 +283,8 @@ void Environment::advance() {
   std::vector<std::vector<size_t>> copies(plants_.size());
   for (size_t i = 0; i < cases_.size(); ++i) copies[plant_of_case_[size_t(cases_[i])]].push_back(i);
   std::vector<std::atomic<size_t>> taken(plants_.size());
+  LaneTeam::Spent earlier, now;
+  for (const auto& p : plants_) p->add_spent(earlier);
   in_parallel(threads_, threads_, [&](int thread) {
     for (size_t j = 0; j < plants_.size(); ++j) {  // each thread from a model of its own
       const size_t k = (j + size_t(thread) * plants_.size() / size_t(threads_)) % plants_.size();
@@ -293,6 +296,9 @@ void Environment::advance() {
       plants_[k]->team(thread).work(source, [] { return false; });
     }
   });
+  for (const auto& p : plants_) p->add_spent(now);
+  iterations_ = double(now.iterations - earlier.iterations) / (o_.count * o_.substeps);
+  alone_ = int(now.alone - earlier.alone);
 }
 
 void Environment::step(std::span<const double> actions) {

@@ -107,6 +107,11 @@ class Environment {
   std::span<const std::int64_t> lengths() const { return lengths_; }
   std::span<const std::int64_t> episodes() const { return episodes_; }
 
+  /// What the last step() cost: iterations of the method per step of it, mean of all environments
+  /// (of an explicit method 1), and how many environments left the SIMD lanes for Newton's method.
+  double iterations() const { return iterations_; }
+  int alone() const { return alone_; }
+
   /// The state of an environment. set_state() replaces it and continues the episode.
   const phs::State& state(int environment) const { return states_[size_t(environment)]; }
   void set_state(int environment, const phs::State& state);
@@ -126,6 +131,8 @@ class Environment {
   std::vector<EnvironmentCase> given_;
   EnvironmentOptions o_;
   int threads_ = 1;
+  double iterations_ = 0;
+  int alone_ = 0;
   std::vector<int> driven_, observed_;
   std::vector<std::uint64_t> seeds_, streams_;  ///< of each
   std::vector<std::unique_ptr<Plant>> plants_;  ///< one of each model

@@ -131,6 +131,10 @@ void LaneTeam::alone(BatchRun& r, phs::State s, std::span<const double> memory) 
     if ((o = made->step(s)) != Outcome::ok) break;
     more = hand_over(r, s, made->port_work());
   }
+  if (made) {
+    alone_.iterations += std::max(made->cost().sweeps, made->cost().steps);
+    ++alone_.alone;
+  }
   r.end(s, o);
 }
 

@@ -19,6 +19,17 @@ class LaneTeam {
   /// Works until the source is empty and every run has ended, or until stopped() returns true.
   void work(const Source& next, const std::function<bool()>& stopped);
 
+  /// What the runs so far cost.
+  struct Spent {
+    std::int64_t iterations = 0;  ///< of an explicit method its steps
+    std::int64_t alone = 0;       ///< runs that left their lane for an integrator of their own
+  };
+  /// Adds it to a sum.
+  void add_spent(Spent& sum) const {
+    sum.iterations += alone_.iterations + (lanes_ ? lanes_->rounds_of_lanes() : 0);
+    sum.alone += alone_.alone;
+  }
+
  private:
   using Lanes = integrators::LaneIntegrator::Lanes;
 
@@ -39,6 +50,7 @@ class LaneTeam {
   std::span<Lanes> parameters_;
   std::vector<double> given_;                   ///< the model's own parameters
   std::vector<std::unique_ptr<BatchRun>> run_;  ///< in each lane
+  Spent alone_;                                 ///< of the runs without a lane
   phs::State state_;
   std::vector<double> port_work_;
   std::function<bool()> stopped_;

@@ -223,6 +223,13 @@ the one it begins as; what each environment has now stands in `cases`.)")
       .def_property_readonly("energies", each(&Environment::energies), "H of each environment [J].")
       .def_property_readonly("final_energies", each(&Environment::final_energies),
                              "H of each environment at its final_observations [J].")
+      .def_property_readonly("iterations", &Environment::iterations,
+                             "Iterations of the method per step of it in the last step(), mean of "
+                             "all environments; of an explicit method 1.")
+      .def_property_readonly(
+          "alone", &Environment::alone,
+          "How many environments left the SIMD lanes in the last step(), because the iteration did "
+          "not contract: each took Newton's method alone, some ten times as long.")
       .def_property_readonly("lengths", each(&Environment::lengths), "Steps taken in the episode.")
       .def_property_readonly("cases", each(&Environment::cases), "The case of each environment.")
       .def_property_readonly("final_cases", each(&Environment::final_cases),

@@ -1,5 +1,6 @@
 #include "integrators/core/lane_integrator.h"
 
+#include <bit>
 #include <cmath>
 
 namespace porthos::integrators {
@@ -70,6 +71,7 @@ LaneSet LaneIntegrator::run() {
     if (const Set done = in(Phase::arrived) | in(Phase::stuck)) return done;
     const Set working = in(Phase::working);
     if (!working) return 0;
+    cost_.sweeps += std::popcount(working);
     ended(round(working));
   }
 }

@@ -44,6 +44,8 @@ class LaneIntegrator {
   /// Works until some lanes have arrived or are stuck. They stay so until the caller acts.
   /// @return those lanes; 0 if none runs
   Set run();
+  /// Rounds of work so far, counted for each lane that worked in one.
+  std::int64_t rounds_of_lanes() const { return cost_.sweeps; }
   bool stuck(int lane) const { return run_[size_t(lane)].phase == Phase::stuck; }
 
   /// The state of a lane that has arrived or is stuck.

@@ -188,6 +188,24 @@ TEST(Environment, ACallerEndsEpisodes) {
   EXPECT_NE(refusal(few), "");
 }
 
+TEST(Environment, TellsWhatAStepCost) {
+  const auto spent = [](const std::string& method, double step, int threads) {
+    Environment env(
+        mass(), {0.5, 0},
+        {.count = 20, .method = method, .step = step, .substeps = 3, .threads = threads});
+    EXPECT_EQ(env.iterations(), 0) << "no step so far";
+    for (int k = 0; k < 2; ++k) env.step(std::vector<double>(20, 0.1));
+    return std::pair(env.iterations(), env.alone());
+  };
+  EXPECT_EQ(spent("rk4", 0.1, 1), std::pair(1.0, 0));
+  EXPECT_EQ(spent("rk4", 0.1, 2), std::pair(1.0, 0));
+  const auto easy = spent("gauss4", 0.01, 1), hard = spent("gauss4", 5.0, 1);
+  EXPECT_TRUE(easy.first > 1 && easy.first < 10) << easy.first;
+  EXPECT_EQ(easy.second, 0);
+  EXPECT_EQ(hard.second, 20) << "an iteration that does not contract leaves the lanes";
+  EXPECT_EQ(spent("gauss4", 0.01, 2), easy);
+}
+
 TEST(Environment, AStateThatIsNotFiniteIsNotKept) {
   // Runge-Kutta far beyond its stability: the spring's state grows until it overflows.
   Environment env(mass(), {0.5, 0}, {.method = "rk4", .step = 1e3});

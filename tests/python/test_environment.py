@@ -77,6 +77,17 @@ def test_states_can_be_put_back(pendulum):
     refused(lambda: e.state(5), "environment is 5, expected 0 to 4")
 
 
+def test_what_a_step_cost(pendulum):
+    cost = {}
+    for method, step in (("rk4", 0.01), ("gauss4", 0.01), ("gauss4", 2.0)):
+        e = cart(pendulum, method=method, step=step)
+        e.reset(seed=0)
+        e.step(np.full((5, 1), 5.0))
+        cost[method, step] = e.iterations, e.alone
+    assert cost["rk4", 0.01] == (1.0, 0) and cost["gauss4", 0.01][0] > 2 and cost["gauss4", 0.01][1] == 0
+    assert cost["gauss4", 2.0][1] == 5 and cost["gauss4", 2.0][0] > cost["gauss4", 0.01][0]
+
+
 def test_wrong_actions_are_refused(pendulum):
     e = cart(pendulum)
     e.reset(seed=0)

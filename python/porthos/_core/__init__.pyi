@@ -1472,6 +1472,14 @@ class Environment:
         """H of each environment at its final_observations [J]."""
         ...
     @property
+    def iterations(self) -> float:
+        """Iterations of the method per step of it in the last step(), mean of all environments; of an explicit method 1."""
+        ...
+    @property
+    def alone(self) -> int:
+        """How many environments left the SIMD lanes in the last step(), because the iteration did not contract: each took Newton's method alone, some ten times as long."""
+        ...
+    @property
     def lengths(self) -> NDArray[numpy.int64]:
         """Steps taken in the episode."""
         ...
