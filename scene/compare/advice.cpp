@@ -173,15 +173,19 @@ std::optional<double> Comparison::order_below_declared(const MethodTrials& m) co
   if (m.method.order < 1 || m.short_sweeps || m.control != integrators::StepControl::fixed ||
       !reference)
     return {};
-  constexpr double short_of = 0.5, agree = 0.2, coarsest = 1e-2, rounding = 1e-11;
+  constexpr double short_of = 0.5, coarsest = 0.3, resolved = 2e-2, rounding = 1e-11;
   const double floor = std::max(rounding, 100 * reference->error);
   std::optional<double> before, finest;
   for (size_t i = 1; i < m.trials.size(); ++i) {
     const auto order = observed_order(m.trials[i - 1], m.trials[i]);
     const auto &coarse = m.trials[i - 1].trajectory_error, &fine = m.trials[i].trajectory_error;
-    const bool converged = order && *coarse < coarsest && floor < *fine;
-    if (converged && before && std::fabs(*order - *before) < agree) finest = order;
-    before = converged ? order : std::nullopt;
+    const bool known = order && *coarse < coarsest && floor < *fine;
+    // On the way to the declared order what is missing at least halves from row to row.
+    if (known && before && *fine < resolved) {
+      const double agree = (m.method.order - *order) / 16;
+      finest = std::fabs(*order - *before) < agree ? order : std::nullopt;
+    }
+    before = known ? order : std::nullopt;
   }
   return finest && *finest < m.method.order - short_of ? finest : std::nullopt;
 }

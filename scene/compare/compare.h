@@ -67,8 +67,8 @@ struct Comparison {
   }
   /// Whether a method is declared to keep the energy, and a trial of it does not.
   static bool contradicted(const MethodTrials& m);
-  /// The observed order of a method whose trials show less than it declares: two orders in a row
-  /// that agree, by trajectories whose errors are small and no rounding.
+  /// The observed order of a method whose trials show less than it declares: the last two orders
+  /// before rounding agree far better with each other than with the declared one.
   std::optional<double> order_below_declared(const MethodTrials& m) const;
   /// The error that is compared; NaN if a trial has none. One of the trajectory is never less than
   /// that of the reference.

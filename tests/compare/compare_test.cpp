@@ -363,6 +363,30 @@ TEST(Advice, AnOrderBelowTheDeclaredOneIsTold) {
   EXPECT_FALSE(told(2, 1e-9)) << "rounding";
 }
 
+TEST(Advice, AnOrderThatStillRisesIsNotTold) {
+  Comparison c;
+  c.reference.emplace().error = 1e-14;
+  const auto told = [&](int declared, std::vector<double> errors) {
+    scene::MethodTrials m;
+    m.method.order = declared;
+    double h = 0.04;
+    for (const double error : errors) {
+      m.trials.push_back(made_up("gauss4", h /= 2, 0, 1, 0));
+      m.trials.back().trajectory_error = error;
+    }
+    return c.order_below_declared(m);
+  };
+  // Of order 2, with a short budget: 1.4, 1.6, 2.0, 2.0.
+  const std::vector<double> second = {1.7, 0.63, 0.203, 0.0519, 0.01302};
+  EXPECT_NEAR(told(4, second).value_or(0), 2, 0.01);
+  EXPECT_FALSE(told(2, second)) << "control: the order it has";
+  EXPECT_FALSE(told(4, {1.7, 0.63, 0.203, 0.0519})) << "one row of order 2 says little";
+  // gauss8 on a double pendulum: 7.0, 7.2; and 7.2, 7.2 by chance before 7.8.
+  EXPECT_FALSE(told(8, {4.1e-7, 3.2e-9, 2.2e-11}));
+  EXPECT_FALSE(told(8, {1e-3, 6.8e-6, 4.57e-8, 2.05e-10}));
+  EXPECT_TRUE(told(8, {1e-3, 6.8e-6, 4.6e-8, 3.13e-10})) << "control: 7.2 that stays";
+}
+
 TEST(Advice, ReadsStepsOffBetweenTrials) {
   const Comparison c = power_laws(50);
   const auto a = scene::advise(c, 2e-4);
