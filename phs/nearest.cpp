@@ -29,4 +29,10 @@ std::string_view nearest(std::string_view name, const Names& known) {
   });
 }
 
+std::string_view near_enough(std::string_view name, const Names& known) {
+  const auto meant = nearest(name, known);
+  const bool near = 3 * edit_distance(name, meant) <= std::max(name.size(), meant.size());
+  return near ? meant : std::string_view();
+}
+
 }  // namespace porthos

@@ -18,11 +18,11 @@ void check_method(const std::string& method, const std::string& where) {
   Names known;
   for (const auto& d : integrators::catalogue()) known.push_back(d.name);
   known.push_back(auto_method);
-  if (std::find(known.begin(), known.end(), method) == known.end())
-    refuse(where,
-           fmt::format("method is '{}', expected '{}' or another that porthos methods lists; "
-                       "one added by a program is known to that program alone",
-                       method, nearest(method, known)));
+  if (std::find(known.begin(), known.end(), method) != known.end()) return;
+  const auto near = near_enough(method, known);
+  refuse(where, fmt::format("method is '{}', expected {} that porthos methods lists; one added by "
+                            "a program is known to that program alone",
+                            method, near.empty() ? "one" : fmt::format("'{}' or another", near)));
 }
 
 /// Checks that the method suits the step control; the message names the place in the scene.

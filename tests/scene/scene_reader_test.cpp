@@ -276,6 +276,9 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
       {integrator("method = \"gaus16\"\nstep = 1"),
        "8:10: method is 'gaus16', expected 'gauss16' or another that porthos methods lists; one "
        "added by a program is known to that program alone"},
+      {integrator("method = \"pylob\"\nstep = 1"),
+       "8:10: method is 'pylob', expected one that porthos methods lists; one added by a program "
+       "is known to that program alone"},
       {integrator("step = 1\niteration_tolerance = -1"),
        "9:23: iteration_tolerance is -1, expected 0 (iterate to rounding) or a number below 1"},
       {integrator("step = 1\nrtol = 0"), "9:8: rtol is 0, expected a number between 0 and 1"},
