@@ -5,8 +5,10 @@
 #include <algorithm>
 
 #include "integrators/catalogue.h"
+#include "integrators/claims.h"
 #include "integrators/core/stagnation.h"  // magnitude
 #include "python/bind.h"
+#include "python/keywords.h"
 #include "python/scalars.h"
 
 namespace porthos::python {
@@ -182,10 +184,35 @@ step(field, t, x, h) returns x(t + h) - x(t), an array (nx,): the difference kee
 [s] and h [s] are numbers, h also negative; x is a read-only array (nx,) of state numbers; field(t, x) returns their rates (nx,). A
 step may depend on its arguments alone. In derivatives and 113-bit references the arrays hold Dual or Quad numbers: write
 the step with operators and numpy's functions. symmetric and energy_exact are checked by
-verify(); order, symplectic and quadratic_invariants are believed, and a run or compare() tells what contradicts them. needs: what
+verify(), all claims by check_method(); else a run or compare() tells what contradicts them. needs: what
 a system must have, of "canonical" (x = (q, p) in two halves), "lossless", "separable" (H = T(p) + V(q)) and "linear_state" (no
 quaternions); others are refused in one sentence. A second call with the same name replaces the method; a run
 by the one before is not resumed by another (see method_version). One step costs some microseconds for Python beside its evaluations. Raises InvalidArgument for the name of a method of Porthos.)");
+  py::class_<ClaimResult>(m, "ClaimResult", "One claim of a method, as it shows on a system.")
+      .def_readonly("claim", &ClaimResult::claim)
+      .def_readonly("declared", &ClaimResult::declared)
+      .def_readonly("measured", &ClaimResult::measured, "The defect; of the order, the order.")
+      .def_readonly("bound", &ClaimResult::bound,
+                    "The largest defect, the smallest order of what holds.")
+      .def_readonly("why_not", &ClaimResult::why_not,
+                    "Why it could not be measured; empty if it was.")
+      .def_property_readonly("holds", &ClaimResult::holds, "Whether what is declared shows.");
+  py::class_<ClaimReport>(m, "ClaimReport", "What check_method() found, for print().")
+      .def_readonly("claims", &ClaimReport::claims)
+      .def_property_readonly("holds", &ClaimReport::holds, "No declared claim fails.")
+      .def("__str__", &ClaimReport::text)
+      .def("__repr__", &ClaimReport::text);
+  m.def(
+      "check_method",
+      [](const std::string& method, const std::shared_ptr<const phs::Model>& model,
+         const py::object& start, double step) {
+        return check_claims(method, *model,
+                            numbers("start", start, size_t(model->description().nx)), step);
+      },
+      py::arg("method"), py::arg("model"), py::arg("start"), py::kw_only(), py::arg("step"),
+      R"(Measures what a method claims, one of your own too, on a model from a start: order, symmetry, symplecticity by the exact
+derivative of two steps, quadratic invariants, energy. step [s]: as long as runs have, for the defects of a false claim shrink
+with it. A claim that holds here need not hold on every system.)");
   m.def("method_version", &version_of, py::arg("method"),
         "Of a method that was added: the digest of its code, with the numbers, arrays and "
         "functions that it uses; it ends in "

@@ -1,6 +1,5 @@
 #pragma once
-#include "integrators/core/integrator.h"
-#include "phs/linear_algebra/linear_algebra.h"
+#include "integrators/claims.h"
 #include "phs/system/user_model.h"
 #include "tests/support/henon_heiles.h"
 #include "tests/support/linkages.h"
@@ -90,69 +89,8 @@ inline bool fits(const integrators::Declaration& d, const Problem& p) {
   return !integrators::misfit(d, p.model->description());
 }
 
-/// Those of given directions that keep g = 0 and Bᵀe = 0 to first order: their projections.
-inline std::vector<Vec> along_constraints(const Problem& p, const std::vector<Vec>& basis) {
-  const auto system = p.model->instantiate<phs::Dual>();
-  const auto rows = system->constraints();
-  if (!rows) return basis;
-  const size_t m = size_t(rows->count()), n = basis.size();
-  const int cols = int(n), all = 2 * rows->count();
-  phs::Matrix C(all, cols);
-  for (size_t j = 0; j < n; ++j) {
-    std::vector<phs::Dual> x(p.start.x.begin(), p.start.x.end()), g(m), rate(m), e(x.size());
-    for (size_t i = 0; i < x.size(); ++i) x[i].d = basis[j][i];
-    rows->place(x, g);
-    system->gradient(x, e);
-    rows->rates(e, rate);
-    for (size_t r = 0; r < m; ++r) {
-      C(int(r), int(j)) = g[r].d;
-      C(int(m + r), int(j)) = rate[r].d;
-    }
-  }
-  const phs::Matrix P = phs::pseudo_inverse(C).inverse * C;
-  std::vector<Vec> along;
-  for (size_t j = 0; j < n; ++j) {
-    Vec u = basis[j];
-    for (size_t l = 0; l < n; ++l)
-      for (size_t i = 0; i < u.size(); ++i) u[i] -= P(int(l), int(j)) * basis[l][i];
-    along.push_back(std::move(u));
-  }
-  return along;
-}
-
-/// The directions a state can move in: where x holds a quaternion block, those that keep |ξ| = 1
-/// and ξ·π = 0; with constraints, along them.
 inline std::vector<std::vector<double>> tangents(const Problem& p) {
-  const auto& d = p.model->description();
-  const auto& x = p.start.x;
-  std::vector<std::vector<double>> basis;
-  const auto fresh = [&]() -> std::vector<double>& {
-    basis.emplace_back(x.size(), 0.0);
-    return basis.back();
-  };
-  // ξ ∘ e_k, with e_k = i, j, k
-  const auto times_unit = [](const double* a, int k, double* out) {
-    const double w = a[0], i = a[1], j = a[2], l = a[3];
-    const double table[3][4] = {{-i, w, l, -j}, {-j, -l, w, i}, {-l, j, -i, w}};
-    std::copy(table[k], table[k] + 4, out);
-  };
-  for (const auto& b : d.blocks) {
-    const size_t q = size_t(b.at), m = size_t(b.momentum), n = size_t(b.size);
-    if (b.kind == phs::BlockKind::rotation) {
-      for (int k = 0; k < 3; ++k) {
-        auto& turn = fresh();
-        times_unit(&x[q], k, &turn[q]);
-        times_unit(&x[m], k, &turn[m]);
-        times_unit(&x[q], k, &fresh()[m]);
-      }
-    } else {
-      for (size_t i = 0; i < n; ++i) {
-        fresh()[q + i] = 1;
-        fresh()[m + i] = 1;
-      }
-    }
-  }
-  return along_constraints(p, basis);
+  return integrators::tangents(*p.model, p.start.x);
 }
 
 }  // namespace porthos::test

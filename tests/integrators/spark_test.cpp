@@ -5,6 +5,7 @@
 
 #include "integrators/control/step_control.h"
 #include "phs/linear_algebra/dense.h"
+#include "phs/linear_algebra/linear_algebra.h"
 #include "tests/integrators/problems.h"
 #include "tests/support/exact_start.h"
 #include "tests/support/reference.h"

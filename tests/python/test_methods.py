@@ -32,6 +32,24 @@ def methods():
     ph.add_method("own_midpoint", midpoint, order=2, symmetric=True, symplectic=True, quadratic_invariants=True)
 
 
+def test_claims_are_measured(pendulum):
+    model = ph.MechanicalModel(pendulum)
+    x = np.linspace(1.0, -0.5, model.description.nx)
+    check = lambda name: ph.check_method(name, model, x, step=0.1)
+    of = lambda report: {c.claim: c for c in report.claims}
+    with np.errstate(all="ignore"):  # of steps that are too long
+        true = check("own_midpoint")
+    assert true.holds and of(true)["symplectic"].measured < 1e-13 and abs(of(true)["order"].measured - 2) < 0.1, true
+    assert "not measured: the system declares none" in str(true)
+    ph.add_method("own_liar", rk4, order=5, symmetric=True, symplectic=True, energy_exact=True)
+    false = check("own_liar")
+    print(false)
+    assert not false.holds and [c.claim for c in false.claims if not c.holds] == ["order", "symmetric", "symplectic", "energy"]
+    assert abs(of(false)["order"].measured - 4) < 0.2 and str(false).count("FAILS") == 4
+    assert check("own_rk4").holds  # control: the same without the claims
+    refused(lambda: ph.check_method("own_rk4", model, [0.1], step=0.1), "start")
+
+
 def test_the_same_motion_as_the_method_of_the_catalogue(pendulum):
     x = np.linspace(1.0, -0.5, ph.MechanicalModel(pendulum).description.nx)
     ends = []

@@ -1191,6 +1191,39 @@ class Integrator:
         """
         ...
 
+class ClaimResult:
+    """One claim of a method, as it shows on a system."""
+    @property
+    def claim(self) -> str: ...
+    @property
+    def declared(self) -> bool: ...
+    @property
+    def measured(self) -> float:
+        """The defect; of the order, the order."""
+        ...
+    @property
+    def bound(self) -> float:
+        """The largest defect, the smallest order of what holds."""
+        ...
+    @property
+    def why_not(self) -> str:
+        """Why it could not be measured; empty if it was."""
+        ...
+    @property
+    def holds(self) -> bool:
+        """Whether what is declared shows."""
+        ...
+
+class ClaimReport:
+    """What check_method() found, for print()."""
+    @property
+    def claims(self) -> list[ClaimResult]: ...
+    @property
+    def holds(self) -> bool:
+        """No declared claim fails."""
+        ...
+    def __str__(self) -> str: ...
+
 class Limits:
     """Limits of the verdict, relative. None: not checked; no limit at all: the defaults."""
     def __init__(self, *, energy: Optional[float] = ..., linear_momentum: Optional[float] = ..., angular_momentum: Optional[float] = ..., quaternion_norm: Optional[float] = ..., balance: Optional[float] = ..., symmetry: Optional[float] = ..., step_halving: Optional[float] = ..., orbital: Optional[float] = ..., coupling: Optional[float] = ..., constraints: Optional[float] = ...) -> None: ...
@@ -1794,10 +1827,17 @@ def add_method(name: str, step: Callable[..., Any], *, order: int, title: str = 
     [s] and h [s] are numbers, h also negative; x is a read-only array (nx,) of state numbers; field(t, x) returns their rates (nx,). A
     step may depend on its arguments alone. In derivatives and 113-bit references the arrays hold Dual or Quad numbers: write
     the step with operators and numpy's functions. symmetric and energy_exact are checked by
-    verify(); order, symplectic and quadratic_invariants are believed, and a run or compare() tells what contradicts them. needs: what
+    verify(), all claims by check_method(); else a run or compare() tells what contradicts them. needs: what
     a system must have, of "canonical" (x = (q, p) in two halves), "lossless", "separable" (H = T(p) + V(q)) and "linear_state" (no
     quaternions); others are refused in one sentence. A second call with the same name replaces the method; a run
     by the one before is not resumed by another (see method_version). One step costs some microseconds for Python beside its evaluations. Raises InvalidArgument for the name of a method of Porthos.
+    """
+    ...
+
+def check_method(method: str, model: Model, start: Any, *, step: float) -> ClaimReport:
+    """Measures what a method claims, one of your own too, on a model from a start: order, symmetry, symplecticity by the exact
+    derivative of two steps, quadratic invariants, energy. step [s]: as long as runs have, for the defects of a false claim shrink
+    with it. A claim that holds here need not hold on every system.
     """
     ...
 

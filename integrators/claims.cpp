@@ -1,0 +1,331 @@
+#include "integrators/claims.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "integrators/catalogue.h"
+#include "phs/linear_algebra/linear_algebra.h"
+#include "phs/system/constraints.h"
+
+namespace porthos::integrators {
+namespace {
+
+using Vec = std::vector<double>;
+
+/// Those of given directions that keep g = 0 and Bᵀe = 0 to first order: their projections.
+std::vector<Vec> along_constraints(const phs::Model& model, const Vec& at,
+                                   const std::vector<Vec>& basis) {
+  const auto system = model.instantiate<phs::Dual>();
+  const auto rows = system->constraints();
+  if (!rows) return basis;
+  const size_t m = size_t(rows->count()), n = basis.size();
+  phs::Matrix C(2 * rows->count(), int(n));
+  for (size_t j = 0; j < n; ++j) {
+    std::vector<phs::Dual> x(at.begin(), at.end()), g(m), rate(m), e(at.size());
+    for (size_t i = 0; i < x.size(); ++i) x[i].d = basis[j][i];
+    rows->place(x, g);
+    system->gradient(x, e);
+    rows->rates(e, rate);
+    for (size_t r = 0; r < m; ++r) {
+      C(int(r), int(j)) = g[r].d;
+      C(int(m + r), int(j)) = rate[r].d;
+    }
+  }
+  const phs::Matrix P = phs::pseudo_inverse(C).inverse * C;
+  std::vector<Vec> along;
+  for (size_t j = 0; j < n; ++j) {
+    Vec u = basis[j];
+    for (size_t l = 0; l < n; ++l)
+      for (size_t i = 0; i < u.size(); ++i) u[i] -= P(int(l), int(j)) * basis[l][i];
+    along.push_back(std::move(u));
+  }
+  return along;
+}
+
+double dot_J(const Vec& a, const Vec& b) {
+  const size_t n = a.size() / 2;
+  double sum = 0;
+  for (size_t k = 0; k < n; ++k) sum += a[k] * b[n + k] - a[n + k] * b[k];
+  return sum;
+}
+
+/// Energy and invariants of states from value + low word.
+class ClaimGauge {
+ public:
+  explicit ClaimGauge(const phs::Model& model)
+      : system_(model.instantiate<long double>()),
+        turns_(model.description()),
+        values_(size_t(model.description().invariant_count())) {}
+  long double energy(const phs::State& s) { return system_->hamiltonian(load(s)); }
+  const std::vector<long double>& invariants(const phs::State& s) {
+    system_->invariants(load(s), values_);
+    return values_;
+  }
+
+ private:
+  const std::vector<long double>& load(const phs::State& s) {
+    x_.assign(s.x.begin(), s.x.end());
+    for (size_t i = 0; i < x_.size(); ++i) x_[i] += s.lo[i];
+    turns_.synchronise(s.turns, *system_);
+    return x_;
+  }
+  std::unique_ptr<phs::System<long double>> system_;
+  TurnKeeper<long double> turns_;
+  std::vector<long double> x_, values_;
+};
+
+/// x after some steps, angles not wrapped; none if a step fails.
+template <class T>
+std::optional<std::vector<T>> end_of(const std::string& method, const phs::Model& model,
+                                     const phs::State& start, T h, int steps) {
+  phs::BasicState<T> s(model.description(), {start.x.begin(), start.x.end()});
+  const auto made = make_basic_integrator<T>(method, model, h, {.max_sweeps = 400, .wrap = false});
+  for (int i = 0; i < steps; ++i)
+    if (made->step(s) != Outcome::ok) return {};
+  for (size_t k = 0; k < s.x.size(); ++k) s.x[k] += s.lo[k];
+  return s.x;
+}
+
+template <class T>
+double order_in(const std::string& method, const phs::Model& model, const phs::State& start,
+                double h, double rounding) {
+  constexpr int most_steps = 256;
+  constexpr double settled = 0.05;
+  std::optional<std::vector<T>> before;
+  double error_before = NAN, order_before = NAN, order = NAN;
+  for (int steps = 1; steps <= most_steps; steps *= 2) {
+    auto now = end_of<T>(method, model, start, T(4 * h) / T(steps), steps);
+    double error = NAN;
+    if (now && before) {
+      error = 0;
+      for (size_t k = 0; k < now->size(); ++k) {
+        const T moved = phs::abs((*now)[k] - (*before)[k]) / (T(1.0) + phs::abs((*now)[k]));
+        error = std::fmax(error, phs::to_double(moved));
+      }
+      if (!(error > rounding)) break;
+    }
+    order_before = order;
+    order = std::log2(error_before / error);
+    if (steps >= 32 && std::fabs(order - order_before) < settled) break;
+    error_before = error;
+    before = std::move(now);
+  }
+  return std::isnan(order) ? order_before : order;
+}
+
+}  // namespace
+
+std::vector<Vec> tangents(const phs::Model& model, const Vec& x) {
+  std::vector<Vec> basis;
+  const auto fresh = [&]() -> Vec& {
+    basis.emplace_back(x.size(), 0.0);
+    return basis.back();
+  };
+  // ξ ∘ e_k, with e_k = i, j, k
+  const auto times_unit = [](const double* a, int k, double* out) {
+    const double w = a[0], i = a[1], j = a[2], l = a[3];
+    const double table[3][4] = {{-i, w, l, -j}, {-j, -l, w, i}, {-l, j, -i, w}};
+    std::copy(table[k], table[k] + 4, out);
+  };
+  for (const auto& b : model.description().blocks) {
+    const size_t q = size_t(b.at), m = size_t(b.momentum), n = size_t(b.size);
+    if (b.kind == phs::BlockKind::rotation) {
+      for (int k = 0; k < 3; ++k) {
+        auto& turn = fresh();
+        times_unit(&x[q], k, &turn[q]);
+        times_unit(&x[m], k, &turn[m]);
+        times_unit(&x[q], k, &fresh()[m]);
+      }
+    } else {
+      for (size_t i = 0; i < n; ++i) {
+        fresh()[q + i] = 1;
+        fresh()[m + i] = 1;
+      }
+    }
+  }
+  return along_constraints(model, x, basis);
+}
+
+double symplectic_defect(const std::vector<Vec>& tangents, const std::vector<Vec>& images) {
+  const auto norm = [](const Vec& a) {
+    double sum = 0;
+    for (const double x : a) sum += x * x;
+    return std::sqrt(sum);
+  };
+  double worst = 0;
+  for (size_t i = 0; i < images.size(); ++i)
+    for (size_t j = 0; j < i; ++j) {
+      const double d = dot_J(images[i], images[j]) - dot_J(tangents[i], tangents[j]);
+      const double relative = std::fabs(d) / std::max(1.0, norm(images[i]) * norm(images[j]));
+      worst = !(relative <= worst) ? relative : worst;
+    }
+  return worst;
+}
+
+SymplecticDefect symplectic_defect(const std::string& method, const phs::Model& model,
+                                   const Vec& start, const std::vector<Vec>& tangents, double h) {
+  std::vector<Vec> images, moved;
+  SymplecticDefect defect;
+  for (const auto& u : tangents) {
+    phs::BasicState<phs::Dual> s(model.description(), {start.begin(), start.end()});
+    for (size_t i = 0; i < u.size(); ++i) s.x[i].d = u[i];
+    const auto integrator = make_basic_integrator<phs::Dual>(method, model, phs::Dual(h));
+    bool ok = true;
+    for (int i = 0; i < 2; ++i) ok = ok && integrator->step(s) == Outcome::ok;
+    if (!ok) {
+      ++defect.failed;
+      continue;
+    }
+    Vec image;
+    for (size_t i = 0; i < u.size(); ++i) image.push_back(s.x[i].d + s.lo[i].d);
+    images.push_back(image);
+    moved.push_back(u);
+  }
+  defect.worst = symplectic_defect(moved, images);
+  return defect;
+}
+
+double symmetry_defect(const std::string& method, const phs::Model& model, const phs::State& start,
+                       double h) {
+  phs::State s = start;
+  for (const double step : {h, -h}) {
+    s.step = 0;
+    const auto made = make_integrator(method, model, step, {.wrap = false});
+    for (int i = 0; i < 20; ++i)
+      if (made->step(s) != Outcome::ok) return NAN;
+  }
+  double worst = 0;
+  for (size_t k = 0; k < s.x.size(); ++k) {
+    const double off = (s.x[k] - start.x[k]) + (s.lo[k] - start.lo[k]);
+    worst = std::fmax(worst, std::fabs(off) / (1 + std::fabs(start.x[k])));
+  }
+  return worst;
+}
+
+InvariantDefect invariant_defect(const std::string& method, const phs::Model& model,
+                                 const phs::State& start, double h) {
+  ClaimGauge gauge(model);
+  const auto first = gauge.invariants(start);
+  InvariantDefect worst;
+  for (const double factor : {1.0, 4.0}) {
+    phs::State s = start;
+    const auto made = make_integrator(method, model, factor * h);
+    for (int i = 0; i < 300; ++i)
+      if (made->step(s) != Outcome::ok) return worst;
+    const auto& end = gauge.invariants(s);
+    for (const auto& i : model.description().invariants) {
+      double size = 1, change = 0;
+      for (size_t k = size_t(i.at); k < size_t(i.at + i.size); ++k) {
+        size = std::fmax(size, double(std::fabs(first[k])));
+        change = std::fmax(change, double(std::fabs(end[k] - first[k])));
+      }
+      double& of = i.degree == 1 ? worst.linear : worst.quadratic;
+      if (i.degree <= 2) of = std::fmax(of, change / size);
+    }
+  }
+  return worst;
+}
+
+double energy_defect(const std::string& method, const phs::Model& model, const phs::State& start,
+                     double h) {
+  ClaimGauge gauge(model);
+  const auto H0 = gauge.energy(start);
+  double worst = 0;
+  for (const double factor : {1.0, 3.0, 6.0}) {
+    phs::State s = start;
+    const auto made = make_integrator(method, model, factor * h);
+    double here = 0;
+    for (int i = 0; i < 100; ++i) {
+      if (made->step(s) != Outcome::ok) return worst;
+      here = std::fmax(here, double(std::fabs((gauge.energy(s) - H0) / H0)));
+    }
+    worst = std::fmax(worst, here);
+  }
+  return worst;
+}
+
+double measured_order(const std::string& method, const phs::Model& model, const phs::State& start,
+                      double h) {
+  return entry_of(method).make_quad ? order_in<phs::Quad>(method, model, start, h, 1e-26)
+                                    : order_in<double>(method, model, start, h, 1e-12);
+}
+
+bool ClaimResult::holds() const {
+  if (!declared || !why_not.empty()) return true;
+  return claim == "order" ? measured >= bound : measured <= bound;  // false of NaN
+}
+bool ClaimReport::holds() const {
+  return std::ranges::all_of(claims, [](const auto& c) { return c.holds(); });
+}
+
+std::string ClaimReport::text() const {
+  char line[160];
+  std::snprintf(line, sizeof line, ", step %g s\n", step);
+  std::string all = method + " on " + system + line;
+  std::snprintf(line, sizeof line, "%-22s %-10s %-10s %-10s %s\n", "claim", "declared", "measured",
+                "bound", "verdict");
+  all += line;
+  for (const auto& c : claims) {
+    const bool order = c.claim == "order";
+    const char* verdict = !c.holds() ? "FAILS" : c.declared ? "holds" : "not declared";
+    char measured[24] = "-", bound[24] = "-";
+    if (c.why_not.empty()) {
+      std::snprintf(measured, sizeof measured, order ? "%.2f" : "%.1e", c.measured);
+      std::snprintf(bound, sizeof bound, order ? ">= %g" : "%.0e", c.bound);
+    }
+    std::snprintf(line, sizeof line, "%-22s %-10s %-10s %-10s ", c.claim.c_str(),
+                  c.declared ? "yes" : "no", measured, bound);
+    all += line + (c.why_not.empty() ? verdict : "not measured: " + c.why_not) + "\n";
+  }
+  return all;
+}
+
+ClaimReport check_claims(const std::string& method, const phs::Model& model, const Vec& start,
+                         double h) {
+  const phs::Description& d = model.description();
+  require_size("start of check_claims", start.size(), size_t(d.nx));
+  const Declaration& m = declaration_of(method);
+  make_integrator(method, model, h);  // refuses what does not fit
+  const phs::State s(d, start);
+  ClaimReport r{.method = method, .system = d.name, .step = h, .claims = {}};
+  const auto add = [&](const char* claim, bool declared, double bound, const std::string& why_not,
+                       const auto& measure) {
+    r.claims.push_back({claim, declared, 0, bound, why_not});
+    auto& c = r.claims.back();
+    if (why_not.empty()) c.measured = measure();
+    if (std::isnan(c.measured)) c.why_not = "too few of its steps end, try a shorter one";
+  };
+  const std::string moving = d.traits.autonomous ? "" : "the system depends on time";
+  const std::string open = !moving.empty() ? moving
+                           : d.traits.lossless && d.powers.empty()
+                               ? ""
+                               : "the system gains or loses energy";
+  const bool quadratic =
+      std::ranges::any_of(d.invariants, [](const auto& i) { return i.degree == 2; });
+  const auto holds = [](Claim c) { return c == Claim::holds; };
+  add("order", m.order > 0, m.order - 0.5, m.order > 0 ? "" : "a tolerance sets it",
+      [&] { return measured_order(method, model, s, h); });
+  add("symmetric", holds(m.symmetric), 1e-10, moving,
+      [&] { return symmetry_defect(method, model, s, h); });
+  add("symplectic", holds(m.symplectic), 1e-11,
+      !open.empty()                 ? open
+      : !d.traits.canonical         ? "the state is not (q, p) in two halves"
+      : !entry_of(method).make_dual ? "the method works in double only"
+                                    : "",
+      [&] {
+        const auto defect = symplectic_defect(method, model, start, tangents(model, start), h);
+        return defect.failed ? NAN : defect.worst;
+      });
+  add("quadratic invariants", holds(m.quadratic_invariants), 1e-12,
+      !open.empty() ? open
+      : quadratic   ? ""
+                    : "the system declares none",
+      [&] { return invariant_defect(method, model, s, h).quadratic; });
+  add("energy", holds(m.energy_exact), 1e-11, open,
+      [&] { return energy_defect(method, model, s, h); });
+  return r;
+}
+
+}  // namespace porthos::integrators

@@ -1,0 +1,81 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "integrators/core/integrator.h"
+
+/// What a method declares, measured on a system: for methods of a program's own, and for those of
+/// the catalogue, which the tests hold to it.
+namespace porthos::integrators {
+
+/// The directions in which x can move, as vectors of nx numbers: of a rotation block those that
+/// keep |ξ| = 1 and ξ·π = 0, and with constraints those along them. x = (q, p).
+std::vector<std::vector<double>> tangents(const phs::Model& model, const std::vector<double>& x);
+
+/// |Ψuᵀ J Ψv - uᵀ J v| over |Ψu| |Ψv|, the largest over pairs of tangents u, v; images[i] = Ψ
+/// tangents[i].
+double symplectic_defect(const std::vector<std::vector<double>>& tangents,
+                         const std::vector<std::vector<double>>& images);
+
+/// The defect of the exact Jacobian of steps: dual numbers carry tangents through the very code
+/// that steps a run, iteration included.
+struct SymplecticDefect {
+  double worst = 0;
+  int failed = 0;  ///< tangents whose steps did not end: difference quotients have no derivative
+};
+/// Of two steps of h [s]. @throws InvalidArgument as make_basic_integrator
+SymplecticDefect symplectic_defect(const std::string& method, const phs::Model& model,
+                                   const std::vector<double>& start,
+                                   const std::vector<std::vector<double>>& tangents, double h);
+
+/// The largest |a - b| / (1 + |b|) of a state after 20 steps forth and 20 back, against the start;
+/// NaN if a step fails. For autonomous systems.
+double symmetry_defect(const std::string& method, const phs::Model& model, const phs::State& start,
+                       double h);
+
+/// The largest changes of invariants in 300 steps, over their size or 1; of h, and of 4 h where
+/// its steps converge.
+struct InvariantDefect {
+  double linear = 0, quadratic = 0;
+};
+InvariantDefect invariant_defect(const std::string& method, const phs::Model& model,
+                                 const phs::State& start, double h);
+
+/// The largest relative change of H within 100 steps of h, 3 h and 6 h, as far as they converge.
+double energy_defect(const std::string& method, const phs::Model& model, const phs::State& start,
+                     double h);
+
+/// The order of the error after 4 h, from steps 4 h, 2 h, h, ... that are compared with each other,
+/// in 113 bits where the method has them. NaN if too few steps converge.
+double measured_order(const std::string& method, const phs::Model& model, const phs::State& start,
+                      double h);
+
+/// One claim of a method, as it shows on a system.
+struct ClaimResult {
+  std::string claim;     ///< "order", "symmetric", "symplectic", "quadratic invariants", "energy"
+  bool declared = true;  ///< whether the method claims it
+  double measured = 0;   ///< the defect; of the order, the order
+  double bound = 0;      ///< the largest defect, the smallest order of what holds
+  std::string why_not = {};  ///< why it could not be measured; empty if it was
+  /// Whether what is declared shows.
+  bool holds() const;
+};
+
+/// What check_claims() found.
+struct ClaimReport {
+  std::string method, system;
+  double step = 0;  ///< [s]
+  std::vector<ClaimResult> claims;
+  bool holds() const;  ///< no declared claim fails
+  /// One line for each claim: declared, measured, bound, verdict.
+  std::string text() const;
+};
+
+/// Measures the claims of any method of the catalogue, also of one that was added, from `start`
+/// with steps of h [s]. Take a step as long as runs have: the defects of a false claim shrink with
+/// it. A claim that holds here need not hold on every system.
+/// @throws InvalidArgument as make_integrator, and for a start of another size
+ClaimReport check_claims(const std::string& method, const phs::Model& model,
+                         const std::vector<double>& start, double h);
+
+}  // namespace porthos::integrators

@@ -1,0 +1,84 @@
+// The claims of a method on a system, as a program asks for them.
+#include <gtest/gtest.h>
+
+#include "integrators/catalogue.h"
+#include "tests/integrators/problems.h"
+#include "tests/support/bounds.h"
+
+namespace porthos::integrators::check_claims_test {
+namespace {
+
+const test::Problem& problem(size_t k) { return test::problems()[k]; }  // 2: Henon-Heiles
+ClaimReport report(const std::string& method, const test::Problem& p) {
+  return check_claims(method, *p.model, p.start.x, p.h);
+}
+const ClaimResult& of(const ClaimReport& r, const std::string& claim) {
+  return *std::ranges::find(r.claims, claim, &ClaimResult::claim);
+}
+/// rk4 under another name, which claims more than it keeps.
+void add_liar(const std::string& name, const std::function<void(Declaration&)>& claims) {
+  Entry e = entry_of("rk4");
+  e.declaration.name = name;
+  claims(e.declaration);
+  e.make_lanes = nullptr;
+  add_entry(e);
+}
+
+// All of the catalogue are judged in claims_test.cpp and order_test.cpp, by the same measures.
+TEST(CheckClaims, HoldForMethodsOfTheCatalogue) {
+  for (const char* name : {"gauss16", "gauss4", "midpoint", "rk4", "stormer_verlet", "strang",
+                           "blanes_moan6", "lobatto4", "tao2"}) {
+    const auto& d = declaration_of(name);
+    test::Problem p = problem(test::fits(d, problem(0)) ? 0 : 2);
+    if (d.name == "tao2") p.h *= 0.2;  // it resolves its binding
+    const auto r = report(name, p);
+    EXPECT_TRUE(r.holds()) << r.text();
+    EXPECT_GE(of(r, "order").measured, d.order - 0.2) << r.text();
+    EXPECT_EQ(of(r, "symplectic").declared, d.symplectic == Claim::holds);
+  }
+}
+
+TEST(CheckClaims, FalseOnesAreTold) {
+  const auto refuted = [](const char* claim, Claim Declaration::*which, size_t on) {
+    add_liar("liar", [&](Declaration& d) { d.*which = Claim::holds; });
+    const auto r = report("liar", problem(on));
+    EXPECT_FALSE(r.holds()) << claim;
+    for (const auto& c : r.claims) EXPECT_EQ(c.holds(), c.claim != claim) << r.text();
+    EXPECT_NE(r.text().find("FAILS"), std::string::npos);
+  };
+  for (const size_t on : {0, 2}) {
+    refuted("symplectic", &Declaration::symplectic, on);
+    refuted("symmetric", &Declaration::symmetric, on);
+    refuted("energy", &Declaration::energy_exact, on);
+  }
+  refuted("quadratic invariants", &Declaration::quadratic_invariants, 3);
+  add_liar("liar", [](Declaration& d) { d.order = 5; });
+  const auto r = report("liar", problem(0));
+  EXPECT_FALSE(of(r, "order").holds()) << r.text();
+  EXPECT_NEAR(of(r, "order").measured, 4, 0.2);
+  add_liar("liar", [](Declaration&) {});
+  EXPECT_TRUE(report("liar", problem(0)).holds()) << "control: what rk4 claims";
+  EXPECT_EQ(report("liar", problem(0)).text().find("FAILS"), std::string::npos);
+}
+
+TEST(CheckClaims, SayWhatIsNotMeasured) {
+  const auto r = report("gauss4", problem(0));
+  EXPECT_EQ(of(r, "quadratic invariants").why_not, "the system declares none");
+  EXPECT_NE(r.text().find("not measured: the system declares none"), std::string::npos);
+  EXPECT_TRUE(of(report("gauss4", problem(3)), "quadratic invariants").why_not.empty());
+  Entry e = entry_of("gauss4");
+  e.declaration.name = "double_only";
+  add_entry(double_entry(e.declaration, e.make_double));
+  const auto d = report("double_only", problem(0));
+  EXPECT_EQ(of(d, "symplectic").why_not, "the method works in double only");
+  EXPECT_NEAR(of(d, "order").measured, 4, 0.2) << d.text();
+  const auto few = [] { check_claims("gauss4", *problem(0).model, {0.1}, 0.1); };
+  EXPECT_NE(test::refusal(few), "");
+  const auto unfit = [] {
+    check_claims("stormer_verlet", *problem(4).model, problem(4).start.x, 0.1);
+  };
+  EXPECT_NE(test::refusal(unfit), "");
+}
+
+}  // namespace
+}  // namespace porthos::integrators::check_claims_test
