@@ -1404,6 +1404,10 @@ class Gradient:
         """dJ/dtheta by name, with the state at the start kept."""
         ...
     @property
+    def duration(self) -> float:
+        """dJ/dT by the duration [1/s], all steps made longer alike, if no part of J depends on t itself; nan where the model does."""
+        ...
+    @property
     def end(self) -> State:
         """The last state."""
         ...
@@ -1789,16 +1793,6 @@ def linear_system(J: Any, G: Any, *, R: Any = None, Q: Any = None, E: Any = None
     """
     ...
 
-def linearise(model: Model, x: Any, u: Any = None, *, rates: bool = False) -> tuple:
-    """A and B of dx' = A dx + B du about a state, exact to rounding: a tuple of arrays (nx, nx) and (nx, nu).
-
-    model: any without closed loops, a mechanism or a network; springs and dampers of joints and elements are part of it. x: the
-    state, (nx,), of a mechanism (q, p), as model.state(q, v) makes it; u: the inputs there, (nu,), None: 0. rates: of a
-    MechanicalModel at rest, in (q, q') in place of (q, p). Raises InvalidArgument for other numbers, for closed loops, and with rates
-    for a state that moves, joints of several degrees of freedom, and other models.
-    """
-    ...
-
 def methods() -> list[Declaration]:
     """All methods, in the order of docs and `porthos methods`."""
     ...
@@ -1996,4 +1990,14 @@ def identify_scene(scene: SceneData, log: Any, parameters: list[str], sigma_of_a
 
 def _cpp_seconds(mechanism: Mechanism, kernel: str, states: int, lanes: bool, repeats: int) -> float:
     """Least time of a C++ loop over so many states [s]; in lanes: states laid out in packs already."""
+    ...
+
+def linearise(model: Model, x: Any, u: Any = None, *, rates: bool = False) -> tuple:
+    """A and B of dx' = A dx + B du about a state, exact to rounding: a tuple of arrays (nx, nx) and (nx, nu).
+
+    model: any without closed loops, a mechanism or a network; springs and dampers of joints and elements are part of it. x: the
+    state, (nx,), of a mechanism (q, p), as model.state(q, v) makes it; u: the inputs there, (nu,), None: 0. rates: of a
+    MechanicalModel at rest, in (q, q') in place of (q, p). Raises InvalidArgument for other numbers, for closed loops, and with rates
+    for a state that moves, joints of several degrees of freedom, and other models.
+    """
     ...

@@ -698,7 +698,7 @@ def numerical_matching(plant: Model, *, actuator: str, ratio: float, unactuated:
     """
     ...
 
-def numerical_matching_gains(plant: Model, *, bandwidth: float, damping_ratio: float = 0.7, ratio: float = 0.0, unactuated: int = 1, scale: float = 1.0, rest: list[float] = [0.0, 0.0]) -> dict:
+def numerical_matching_gains(plant: Model, *, bandwidth: float, damping_ratio: float = 0.7, ratio: float = 0.0, unactuated: int = 1, scale: float = 1.0, rest: list[float] = ...) -> dict:
     """ratio, ku, kv and determinant of numerical_matching() by a bandwidth [rad/s] and a damping ratio: a dict, as in
     numerical_matching(plant, actuator=..., **numerical_matching_gains(plant, bandwidth=7)).
 
