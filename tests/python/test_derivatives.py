@@ -49,6 +49,7 @@ def test_the_gradient_is_that_of_differences():
     def by_step(step):
         return ph.gradient(model, model.state([1.25], [0.5]), step, 40, end=end, sampled=sampled)
 
+    by = 2.0 ** -22  # all steps are longer: the same change of the end as 2**-17 of one
     longer = (by_step(1 / 16 + by).cost - by_step(1 / 16 - by).cost) / (2 * by * 40)
     print(f"  duration: {by_step(1 / 16).duration:.12g}, off the difference by {abs(by_step(1 / 16).duration - longer):.1e}, bound 1e-8")
     assert abs(by_step(1 / 16).duration - longer) < 1e-8 * max(1, abs(longer))
