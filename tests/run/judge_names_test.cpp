@@ -45,20 +45,20 @@ class JudgeNames : public ::testing::Test {
 TEST_F(JudgeNames, ExportsAreReadHoweverVectorsAreSpelled) {
   const std::string table = exported();
   const auto spelled = [&](const std::string& by_three, const std::string& by_four) {
-    const std::string numbers = "0123", head = table.substr(0, table.find('\n'));
+    const std::string head = table.substr(0, table.find('\n'));
     std::string renamed = head;
     for (size_t k = 0; k < 4; ++k) {
-      const auto put = [&](const std::string& of, char letter) {
+      const auto put = [&](const std::string& of, char was, char letter) {
         const std::string end = letter == '[' ? fmt::format("[{}]", k) : fmt::format(".{}", letter);
-        renamed = std::regex_replace(
-            renamed, std::regex(fmt::format("(/base.{})\\.{} ", of, numbers[k])), "$1" + end + " ");
+        renamed = std::regex_replace(renamed, std::regex(fmt::format("(/base.{})\\.{} ", of, was)),
+                                     "$1" + end + " ");
       };
-      if (k < 3) put("position", by_three[k]);
-      put("attitude", by_four[k]);
+      if (k < 3) put("position", "xyz"[k], by_three[k]);
+      put("attitude", "wxyz"[k], by_four[k]);
     }
     return renamed + table.substr(head.size());
   };
-  for (const auto& csv : {table, spelled("[[[", "[[[["), spelled("xyz", "wxyz")}) {
+  for (const auto& csv : {table, spelled("[[[", "[[[["), spelled("012", "0123")}) {
     const auto r = judge(csv);
     EXPECT_TRUE(r.passed()) << csv.substr(0, csv.find('\n'));
     EXPECT_TRUE(has_check(r, "centre_of_mass")) << "a free base";

@@ -58,6 +58,7 @@ std::map<std::string, std::string> places() {
       {"robot", "[[robot]]\nname = \"r\"\nbase = \"free\"\n@"},
       {"plan", "[plan]\n@[plan.joints]\nj = {}\n"},
       {"plan.joints", "[plan.joints.j]\n@"},
+      {"plan.outputs", "[plan]\njoints = { j = {} }\n[plan.outputs.c]\n@"},
       {"plan.base", "[plan]\njoints = { j = {} }\n[plan.base]\n@"},
       {"pieces", force + "[element.pieces]\nperiod = 1\nvalues = [0]\n@"},
       {"body", "[[body]]\nname = \"b\"\nmass = 1\ninertia = [1, 1, 1, 0, 0, 0]\n@"},
