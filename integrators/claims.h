@@ -21,7 +21,8 @@ double symplectic_defect(const std::vector<std::vector<double>>& tangents,
 /// that steps a run, iteration included.
 struct SymplecticDefect {
   double worst = 0;
-  int failed = 0;  ///< tangents whose steps did not end: difference quotients have no derivative
+  int failed = 0;     ///< tangents whose steps did not end: difference quotients have no derivative
+  double growth = 0;  ///< the largest number of an image
 };
 /// Of two steps of h [s]. @throws InvalidArgument as make_basic_integrator
 SymplecticDefect symplectic_defect(const std::string& method, const phs::Model& model,
@@ -34,14 +35,15 @@ double symmetry_defect(const std::string& method, const phs::Model& model, const
                        double h);
 
 /// The largest changes of invariants in 300 steps, over their size or 1; of h, and of 4 h where
-/// its steps converge.
+/// its steps converge. NaN if a step h fails before a change shows.
 struct InvariantDefect {
   double linear = 0, quadratic = 0;
 };
 InvariantDefect invariant_defect(const std::string& method, const phs::Model& model,
                                  const phs::State& start, double h);
 
-/// The largest relative change of H within 100 steps of h, 3 h and 6 h, as far as they converge.
+/// The largest relative change of H within 100 steps of h, and of 3 h and 6 h, as far as they
+/// converge. NaN if a step h fails before a change shows.
 double energy_defect(const std::string& method, const phs::Model& model, const phs::State& start,
                      double h);
 
@@ -57,7 +59,8 @@ struct ClaimResult {
   double measured = 0;   ///< the defect; of the order, the order
   double bound = 0;      ///< the largest defect, the smallest order of what holds
   std::string why_not = {};  ///< why it could not be measured; empty if it was
-  /// Whether what is declared shows.
+  /// Whether what is declared shows, or cannot be measured on such a system. False where the steps
+  /// break down.
   bool holds() const;
 };
 
@@ -66,7 +69,7 @@ struct ClaimReport {
   std::string method, system;
   double step = 0;  ///< [s]
   std::vector<ClaimResult> claims;
-  bool holds() const;  ///< no declared claim fails
+  bool holds() const;  ///< all declared claims do
   /// One line for each claim: declared, measured, bound, verdict.
   std::string text() const;
 };

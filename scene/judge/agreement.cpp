@@ -150,7 +150,7 @@ std::vector<Trajectory::Agreement> Trajectory::agreements(const Rows& rows) cons
 
 RatesAgreement Trajectory::agreement(const Rows& rows) const {
   constexpr double least = 0.01;  // rows of few digits, steps of a library's own interpolation
-  constexpr double most = 0.3;
+  constexpr double coarse = 0.1, most = 0.3;
   RatesAgreement worst;
   worst.limit = least;
   for (const auto& a : agreements(rows)) {
@@ -158,7 +158,9 @@ RatesAgreement Trajectory::agreement(const Rows& rows) const {
     if (size == 0) continue;
     worst.hidden = std::max(worst.hidden, a.hidden);
     const double value = a.off / size, limit = least + 5 * a.uncertain / size;
-    if (limit > most || (value > limit && a.changes > a.rates)) {
+    // What disagrees altogether leaves about all of its way.
+    const bool near_limit = limit > coarse && value < 3 * limit;
+    if (limit > most || (value > limit && (a.changes > a.rates || near_limit))) {
       worst.coarse = a;
       continue;
     }

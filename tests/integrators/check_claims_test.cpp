@@ -61,6 +61,26 @@ TEST(CheckClaims, FalseOnesAreTold) {
   EXPECT_EQ(report("liar", problem(0)).text().find("FAILS"), std::string::npos);
 }
 
+/// Steps that are far too long show nothing, and no claim holds by that.
+TEST(CheckClaims, StepsThatBreakDownProveNothing) {
+  add_liar("liar", [](Declaration& d) {
+    d.symplectic = d.symmetric = d.energy_exact = d.quadratic_invariants = Claim::holds;
+  });
+  for (const double factor : {1, 30, 300, 3000, 30000}) {
+    const auto& p = problem(3);
+    const auto r = check_claims("liar", *p.model, p.start.x, factor * p.h);
+    EXPECT_FALSE(r.holds()) << r.text();
+    for (const char* claim : {"symplectic", "symmetric", "energy", "quadratic invariants"})
+      EXPECT_FALSE(of(r, claim).holds()) << r.text();
+  }
+  // A truth that steps of that size do not show: told, not believed.
+  const auto& p = problem(0);
+  const auto far = check_claims("gauss4", *p.model, p.start.x, 1000 * p.h);
+  EXPECT_FALSE(far.holds()) << far.text();
+  EXPECT_NE(far.text().find("not measured: its steps break down"), std::string::npos) << far.text();
+  EXPECT_EQ(far.text().find("FAILS"), std::string::npos) << far.text();
+}
+
 TEST(CheckClaims, SayWhatIsNotMeasured) {
   const auto r = report("gauss4", problem(0));
   EXPECT_EQ(of(r, "quadratic invariants").why_not, "the system declares none");

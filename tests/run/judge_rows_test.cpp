@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -198,6 +199,36 @@ TEST_F(JudgeRows, RowsBeyondTheSwingAreTooFewToCheckRates) {
   const auto close = swing(0.1, 1), wrong = swing(0.1, 2);
   ASSERT_TRUE(rates_of(close) && rates_of(wrong));
   EXPECT_TRUE(rates_of(close)->pass);
+  EXPECT_FALSE(rates_of(wrong)->pass);
+}
+
+/// A turn with swings of 2.5, 0.4 and 1.8 rad/s, right in every digit, by rows 1.6 s apart: they
+/// are too far apart to tell. Controls: at 0.2 s it is right, and wrong with rates of the other
+/// sign.
+TEST_F(JudgeRows, AMotionThatIsRightIsNotRefusedByCoarseRows) {
+  const auto rates_by = [&](double h, double of_rates) {
+    std::string text = "t,a,b,v.a,v.b\n";
+    for (int i = 0; i < 33; ++i) {
+      const double t = h * i;
+      double q = 0.9 * t, v = 0.9;
+      for (const auto& [w, size, phase] :
+           {std::array{2.5, 0.2, 3.5}, {0.4, 0.6, 0.5}, {1.8, 0.3, 0.5}}) {
+        q += size * std::sin(w * t + phase);
+        v += size * w * std::cos(w * t + phase);
+      }
+      text += fmt::format("{:.6f},{:.12g},0,{:.12g},0\n", t, q, of_rates * v);
+    }
+    write_bytes(folder_ / "run.csv", text);
+    write_bytes(folder_ / "map.toml", "[model]\nbase = \"fixed\"\n");
+    fs::remove_all(folder_ / "out");
+    return scene::judge_file({(folder_ / "run.csv").string(), (folder_ / "model.urdf").string(),
+                              (folder_ / "map.toml").string(), (folder_ / "out").string()});
+  };
+  EXPECT_TRUE(no_rates_as(rates_by(1.6, 1), "the rows are too far apart to tell"));
+  const auto fine = rates_by(0.2, 1), wrong = rates_by(0.2, -1);
+  ASSERT_TRUE(rates_of(fine));
+  EXPECT_TRUE(rates_of(fine)->pass);
+  ASSERT_TRUE(rates_of(wrong));
   EXPECT_FALSE(rates_of(wrong)->pass);
 }
 
