@@ -50,6 +50,10 @@ LinearPlant linear_plant(const phs::Model& plant, std::span<const double> x,
                          std::span<const double> u) {
   const auto& d = plant.description();
   phs::refuse_constraints(d, "a linearisation");
+  if (!plant.holds().empty())
+    throw InvalidArgument("a linearisation takes no sampled law, and '" +
+                          plant.holds().front()->name +
+                          "' is one, expected the continuous law or the plant alone");
   require_size("x", x.size(), size_t(d.nx));
   if (!u.empty()) require_size("u", u.size(), size_t(d.nu));
   LinearPlant of{Matrix(d.nx, d.nx), Matrix(d.nx, d.nu)};

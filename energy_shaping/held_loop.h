@@ -19,7 +19,7 @@ struct LinearPlant {
 /// rounding. In (q, p) of a mechanism.
 /// @param x  as many numbers as the plant's state
 /// @param u  of all its inputs; empty: 0
-/// @throws InvalidArgument for other numbers, and for constraints
+/// @throws InvalidArgument for other numbers, for constraints and sampled laws
 LinearPlant linear_plant(const phs::Model& plant, std::span<const double> x,
                          std::span<const double> u = {});
 

@@ -199,7 +199,8 @@ by the one before is not resumed by another (see method_version). One step costs
       .def_property_readonly("holds", &ClaimResult::holds, "Whether what is declared shows.");
   py::class_<ClaimReport>(m, "ClaimReport", "What check_method() found, for print().")
       .def_readonly("claims", &ClaimReport::claims)
-      .def_property_readonly("holds", &ClaimReport::holds, "All declared claims do; False too where the steps break down.")
+      .def_property_readonly("holds", &ClaimReport::holds,
+                             "All declared claims do; False too where the steps break down.")
       .def("__str__", &ClaimReport::text)
       .def("__repr__", &ClaimReport::text);
   m.def(

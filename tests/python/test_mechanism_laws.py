@@ -145,6 +145,11 @@ def test_a_linearisation_in_rates_is_that_of_forward_dynamics(furuta):
     assert np.abs(p - A).max() > 1  # control: of momenta it is another
     refused(lambda: ph.linearise(furuta, furuta.state(q, [0, 1]), rates=True), "at rest")
     refused(lambda: ph.linearise(furuta, [0, 0]), "x")
+    held = ph.Network("held")
+    held.add("arm", furuta)
+    es.Lqr(furuta, ["turn.torque"], [0, pi], position=[0.3, 1], rate=[0.01, 0.01], effort=[100]).control(held, "law", "arm", period=0.01)
+    held = held.build()
+    refused(lambda: ph.linearise(held, furuta.state(q, none)), "takes no sampled law, and 'law' is one")
 
 
 def test_gains_of_a_numerical_matching_by_bandwidth(furuta):
