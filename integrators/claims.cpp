@@ -76,6 +76,9 @@ class ClaimGauge {
   std::vector<long double> x_, values_;
 };
 
+/// Of a tangent in two steps: beyond, its products are rounding.
+constexpr double most_growth = 1e5;
+
 /// The defect up to a step that failed: one that small may just have come too early.
 double if_it_tells(double defect) { return defect > 1e-6 ? defect : NAN; }
 
@@ -288,9 +291,6 @@ std::string ClaimReport::text() const {
   }
   return all;
 }
-
-/// Of a tangent in two steps: beyond, its products are rounding.
-constexpr double most_growth = 1e5;
 
 ClaimReport check_claims(const std::string& method, const phs::Model& model, const Vec& start,
                          double h) {

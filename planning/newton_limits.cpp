@@ -37,16 +37,26 @@ void NewtonIteration::set_limits() {
     if (std::isfinite(low_[i]) || std::isfinite(high_[i])) limited_.push_back(i);
 }
 
+namespace {
+
+/// x, or a margin inside the limits. margin(limit): the room that is left beside one
+template <class Margin>
+double moved_inside(double x, double low, double high, const Margin& margin) {
+  if (std::isfinite(low)) x = std::max(x, low + margin(low));
+  if (std::isfinite(high)) x = std::min(x, high - margin(high));
+  return x;
+}
+
+}  // namespace
+
 /// The barrier needs room: a hundredth of the width, or of 1 + |limit|.
 void NewtonIteration::move_inside(Vector& v) const {
   for (const long i : limited_) {
     if (i >= v.size()) break;  // those at stages follow
     const double width = high_[i] - low_[i];
-    const auto margin = [&](double limit) {
+    v[i] = moved_inside(v[i], low_[i], high_[i], [&](double limit) {
       return 0.01 * std::min(1 + std::fabs(limit), std::isfinite(width) ? width : HUGE_VAL);
-    };
-    if (std::isfinite(low_[i])) v[i] = std::max(v[i], low_[i] + margin(low_[i]));
-    if (std::isfinite(high_[i])) v[i] = std::min(v[i], high_[i] - margin(high_[i]));
+    });
   }
 }
 
@@ -57,11 +67,9 @@ bool NewtonIteration::begin() {
   at_.c = joined(at_.v, path());
   for (long i = n; i < at_.c.size(); ++i) {  // a quarter of the width leaves room
     const double width = high_[i] - low_[i];
-    const auto margin = [&](double limit) {
+    at_.c[i] = moved_inside(at_.c[i], low_[i], high_[i], [&](double limit) {
       return std::isfinite(width) ? 0.25 * width : 0.1 * (1 + std::fabs(limit));
-    };
-    if (std::isfinite(low_[i])) at_.c[i] = std::max(at_.c[i], low_[i] + margin(low_[i]));
-    if (std::isfinite(high_[i])) at_.c[i] = std::min(at_.c[i], high_[i] - margin(high_[i]));
+    });
   }
   at_.lower = at_.upper = Vector::Zero(at_.c.size());
   for (const long i : limited_) {

@@ -17,8 +17,8 @@ class PathNumber {
 
   virtual ~PathNumber() = default;
   virtual double value(double t, In x) = 0;
-  /// ∂c/∂x, size nx; exact: it decides where the solver converges to. @return c
-  virtual double gradient(double t, In x, Out g) = 0;
+  /// ∂c/∂x, size nx; exact: it decides where the solver converges to.
+  virtual void gradient(double t, In x, Out g) = 0;
   /// ∇²c, a symmetric matrix of size nx. Unless overridden by central differences of the gradient:
   /// it only decides how fast the solver converges.
   virtual void hessian(double t, In x, Out H);
@@ -33,10 +33,9 @@ std::shared_ptr<PathNumber> path_number(int nx, F f) {
    public:
     OfFunction(int nx, F f) : f_(std::move(f)), d_(size_t(nx)) {}
     double value(double t, In x) override { return f_(t, x); }
-    double gradient(double t, In x, Out g) override {
+    void gradient(double t, In x, Out g) override {
       for (size_t k = 0; k < d_.size(); ++k) d_[k] = D(x[k]);
       phs::along_each(d_, [&](size_t k) { g[k] = f_(t, std::span<const D>(d_)).d; });
-      return value(t, x);
     }
 
    private:

@@ -57,13 +57,12 @@ class PlannedPlace final : public planning::PathNumber {
   double value(double t, In x) override {
     return number_(x.first(q_.size()), of_, seen_from_, centre_at(t), component_) - radii_;
   }
-  double gradient(double t, In x, Out g) override {
+  void gradient(double t, In x, Out g) override {
     std::fill(g.begin(), g.end(), 0.0);
     for (size_t k = 0; k < q_.size(); ++k) q_[k] = x[k];
     phs::along_each(q_, [&](size_t k) {
       g[k] = slope_(std::span<const phs::Dual>(q_), of_, seen_from_, centre_at(t), component_).d;
     });
-    return value(t, x);
   }
 
  private:

@@ -111,24 +111,20 @@ void WatchedRun::begin() {
 }
 
 void WatchedRun::step() {
-  const bool may_record = !fixed_ || steps_.at_record(state_.step + 1);
+  const bool sees_rates =
+      end_rates_.any() && (!fixed_ || steps_.at_record(state_.step + 1));  // if it ends at one
   const double from = time();
-  if (may_record) before_ = state_;
+  if (!fixed_ || sees_rates) before_ = state_;
   outcome_ = fixed_ ? fixed_step() : controlled_step();
   if (outcome_ != Outcome::ok) return;
   ledger_.book(integrator_->port_work());
   note_impacts();
   stop_values_.see(time(), state_);
-  if (may_record && at_record()) see_rates(from);
+  if (sees_rates && at_record()) end_rates_.see(before_, state_, time() - from);
   if (at_record() || ended())
     record();
   else
     look();
-}
-
-/// @param from  when the step began [s]
-void WatchedRun::see_rates(double from) {
-  if (end_rates_.any()) end_rates_.see(before_, state_, time() - from);
 }
 
 void WatchedRun::note_impacts() {

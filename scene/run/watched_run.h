@@ -80,7 +80,6 @@ class WatchedRun {
   bool at_record() const;
   integrators::Outcome fixed_step();
   integrators::Outcome controlled_step();
-  void see_rates(double from);
   void fill_ledgers();
   std::span<const double> react();
   void look();
@@ -114,7 +113,7 @@ class WatchedRun {
   std::vector<double> row_, ledgers_;
   const Measured unmeasured_{};
   Window window_;
-  phs::State state_, before_;  ///< before_: start of the last step that may end at a record
+  phs::State state_, before_;  ///< before_: start of the last step, if it varies or rates are seen
   const Steps steps_;          ///< if they are fixed
   const double end_;           ///< [s]
   Ledger ledger_;

@@ -303,7 +303,8 @@ TEST_F(PlanScene, NumbersOnTheWayAreThoseOfTheOutputs) {
   for (size_t i = 0; i < limits.size(); ++i) {
     std::vector<double> g(state.x.size()), x = state.x;
     auto& number = *limits[i].number;
-    const double off = std::fabs(number.gradient(t, x, g) - expected[i]);
+    const double off = std::fabs(number.value(t, x) - expected[i]);
+    number.gradient(t, x, g);
     double slope = 0, largest = 0;
     for (size_t k = 0; k < x.size(); ++k) {
       const double at = x[k];

@@ -14,6 +14,15 @@
 namespace porthos::test::replot_test {
 namespace {
 
+/// Runs a scene of the arm, arm.urdf, into out/.
+scene::Scene run_arm(const TemporaryFolder& folder, const std::string& text) {
+  write_bytes(folder / "arm.urdf", arm_urdf());
+  write_bytes(folder / "scene.toml", text);
+  auto s = scene::read_scene((folder / "scene.toml").string());
+  scene::run(s, scene::assemble(s), into(folder / "out"));
+  return s;
+}
+
 TEST(Replot, PicturesAreThoseOfTheRunByteForByte) {
   const TemporaryFolder folder;
   for (const double damping : {0.0, 0.3}) {
@@ -35,14 +44,11 @@ TEST(Replot, PicturesAreThoseOfTheRunByteForByte) {
 
 TEST(Replot, TheMotionIsThatOfTheRunInEveryPhase) {
   const TemporaryFolder folder;
-  write_bytes(folder / "arm.urdf", arm_urdf());
-  write_bytes(folder / "scene.toml",
-              "[model]\nurdf = 'arm.urdf'\nbase = 'fixed'\n[environment]\ngravity = 'uniform'\n"
-              "vector = [0, 0, -9.81]\n[initial]\njoints.shoulder = { position = 1.2 }\n"
-              "[integrator]\nmethod = 'gauss8'\nstep = 0.01\n[run]\nduration = 2\n"
-              "[[event]]\ntype = 'lock'\njoint = 'elbow'\nat = 1.0\n");
-  const auto s = scene::read_scene((folder / "scene.toml").string());
-  scene::run(s, scene::assemble(s), into(folder / "out"));
+  run_arm(folder,
+          "[model]\nurdf = 'arm.urdf'\nbase = 'fixed'\n[environment]\ngravity = 'uniform'\n"
+          "vector = [0, 0, -9.81]\n[initial]\njoints.shoulder = { position = 1.2 }\n"
+          "[integrator]\nmethod = 'gauss8'\nstep = 0.01\n[run]\nduration = 2\n"
+          "[[event]]\ntype = 'lock'\njoint = 'elbow'\nat = 1.0\n");
   std::vector<std::string> before;
   for (const char* phase : {"phase_1", "phase_2"}) {
     const fs::path svg = folder / "out" / phase / "motion.svg";
@@ -113,12 +119,10 @@ TEST(Replot, APanelIsChosenByItsName) {
 
 TEST(Replot, APartOfARunHasItsRecordsAlone) {
   const TemporaryFolder folder;
-  write_bytes(folder / "arm.urdf", arm_urdf());
-  write_bytes(folder / "scene.toml",
+  const auto s =
+      run_arm(folder,
               "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[initial]\njoints.elbow = { velocity = 3 "
               "}\n[integrator]\nmethod = 'gauss8'\nstep = 0.02\n[run]\nduration = 8\n");
-  const auto s = scene::read_scene((folder / "scene.toml").string());
-  scene::run(s, scene::assemble(s), into(folder / "out"));
   const double end = s.duration;
   for (const char* what : {"motion", "energies", "residual", "states"}) {
     const auto drawn = [&](double from, double to) {
@@ -137,14 +141,11 @@ TEST(Replot, APartOfARunHasItsRecordsAlone) {
 
 TEST(Replot, TheBeginningOfANameIsEnoughAndAComponentHasItsUnit) {
   const TemporaryFolder folder;
-  write_bytes(folder / "arm.urdf", arm_urdf());
-  write_bytes(folder / "scene.toml",
-              "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[[output]]\nquantity = "
-              "'joint_wrench'\nname = 'load'\njoint = 'elbow'\n"
-              "[integrator]\nmethod = 'gauss8'\nstep = "
-              "0.02\n[run]\nduration = 1\n");
-  const auto s = scene::read_scene((folder / "scene.toml").string());
-  scene::run(s, scene::assemble(s), into(folder / "out"));
+  run_arm(folder,
+          "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[[output]]\nquantity = "
+          "'joint_wrench'\nname = 'load'\njoint = 'elbow'\n"
+          "[integrator]\nmethod = 'gauss8'\nstep = "
+          "0.02\n[run]\nduration = 1\n");
   const auto figure = [&](const char* what) { return scene::figures(folder / "out", what); };
   EXPECT_EQ(figure("rates of base"), figure("rates of base, own axes"));
   for (const auto& [what, unit] : {std::pair{"load.mx", "N m"}, {"mx", "N m"}, {"load.fz", "N"}})
@@ -157,13 +158,10 @@ TEST(Replot, TheBeginningOfANameIsEnoughAndAComponentHasItsUnit) {
 // A part is thinned by what it has itself: of 4000 records the quarter shows its 1000, all panels.
 TEST(Replot, APartOfALongRunIsNotThinnedAsTheWhole) {
   const TemporaryFolder folder;
-  write_bytes(folder / "arm.urdf", arm_urdf());
-  write_bytes(folder / "scene.toml",
-              "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[initial]\njoints.elbow = { velocity = 3 "
-              "}\n[integrator]\nmethod = 'gauss8'\nstep = 0.02\n[run]\nduration = 80\nrecord_every "
-              "= 0.02\n");
-  const auto s = scene::read_scene((folder / "scene.toml").string());
-  scene::run(s, scene::assemble(s), into(folder / "out"));
+  run_arm(folder,
+          "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[initial]\njoints.elbow = { velocity = 3 "
+          "}\n[integrator]\nmethod = 'gauss8'\nstep = 0.02\n[run]\nduration = 80\nrecord_every "
+          "= 0.02\n");
   for (const char* what : {"joints", "energies", "residual"}) {
     const auto points = [&](const scene::TimeSpan& span) {
       const std::string svg = scene::figures(folder / "out", what, span).at(0);
@@ -178,14 +176,10 @@ TEST(Replot, APartOfALongRunIsNotThinnedAsTheWhole) {
 
 TEST(Replot, APanelTellsJointsThatAreInAnother) {
   const TemporaryFolder folder;
-  write_bytes(folder / "arm.urdf", arm_urdf());
   const auto told = [&](const std::string& rate, const std::string& what) {
-    write_bytes(
-        folder / "scene.toml",
-        "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[initial]\njoints.elbow = { velocity = " +
-            rate + " }\n[integrator]\nmethod = 'gauss8'\nstep = 0.02\n[run]\nduration = 20\n");
-    const auto s = scene::read_scene((folder / "scene.toml").string());
-    scene::run(s, scene::assemble(s), into(folder / "out"));
+    run_arm(folder,
+            "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[initial]\njoints.elbow = { velocity = " +
+                rate + " }\n[integrator]\nmethod = 'gauss8'\nstep = 0.02\n[run]\nduration = 20\n");
     const auto svg = scene::figures(folder / "out", what).at(0);
     const size_t at = svg.find("1 other is in '");
     return at == svg.npos ? "" : svg.substr(at, svg.find('<', at) - at);
