@@ -72,8 +72,9 @@ void run(benchmark::State& state, std::shared_ptr<const mechanics::MechanicalMod
   }
 }
 
+/// twice: with a product of the Hessian.
 void gradient(benchmark::State& state, std::shared_ptr<const mechanics::MechanicalModel> model,
-              const phs::State& start, double h, std::int64_t steps, size_t memory) {
+              const phs::State& start, double h, std::int64_t steps, size_t memory, bool twice) {
   const integrators::Objective objective{
       .end =
           [](double, std::span<const double>, std::span<double> g) {
@@ -81,10 +82,12 @@ void gradient(benchmark::State& state, std::shared_ptr<const mechanics::Mechanic
             return 0.0;
           },
       .sampled = {},
-      .running = {}};
+      .running = {},
+      .end_curvature = [](double, auto, auto, auto) {}};
+  std::vector<double> direction(twice ? start.x.size() : 0, 1.0);
   for (auto _ : state) {
     const auto g = integrators::gradient_of_run("gauss16", *model, start, h, steps, objective,
-                                                {.memory = memory});
+                                                {.memory = memory, .direction = direction});
     if (g.outcome != integrators::Outcome::ok) state.SkipWithError(g.remark.c_str());
     state.counters["sweeps"] = double(g.adjoint.sweeps) / double(steps);
     state.counters["steps"] = double(g.steps_taken) / double(steps);
@@ -117,8 +120,9 @@ void add_gradients(const std::string& name,
   }
   const std::int64_t steps = 2000;
   add("run", run, h, steps);
-  add("gradient_kept_stages", gradient, h, steps, size_t(64) << 20);
-  add("gradient_checkpoints", gradient, h, steps, size_t(1) << 19);
+  add("gradient_kept_stages", gradient, h, steps, size_t(64) << 20, false);
+  add("gradient_checkpoints", gradient, h, steps, size_t(1) << 19, false);
+  add("hessian_product", gradient, h, steps, size_t(64) << 20, true);
 }
 
 }  // namespace porthos::bench

@@ -9,6 +9,8 @@ namespace porthos::mechanics {
   template void rates_from_momenta<T>(const Mechanism&, Workspace<T>&, std::span<const T>, \
                                       std::span<const T>);
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
+PORTHOS_INSTANTIATE(phs::BasicDual<phs::Pack4>)  // of second derivatives
+PORTHOS_INSTANTIATE(phs::BasicDual<phs::Pack8>)
 #undef PORTHOS_INSTANTIATE
 
 }  // namespace porthos::mechanics

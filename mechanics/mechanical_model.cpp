@@ -6,7 +6,6 @@
 #include "mechanics/momentum.h"
 #include "mechanics/passes-inl.h"
 #include "mechanics/resolvent.h"
-#include "phs/scalars/derivative.h"
 
 namespace porthos::mechanics {
 namespace {
@@ -177,14 +176,17 @@ class MechanicalSystem : public phs::System<T>, public phs::Differentiable<T> {
     if constexpr (std::is_same_v<T, double>) return make_resolvent(m_, w_.turn_angle);
     return nullptr;
   }
-  std::unique_ptr<phs::Linearised<T>> linearised() override {
-    if constexpr (phs::has_gradient_by_duals<T>)
-      return linearise<T>(m_);
-    else
-      return nullptr;
+  std::unique_ptr<phs::Linearised<T>> linearised() override { return own_linearised<T>(); }
+  std::unique_ptr<phs::Linearised<phs::BasicDual<T>>> linearised_in_duals() override {
+    return own_linearised<phs::BasicDual<T>>();
   }
 
  private:
+  template <class S>
+  std::unique_ptr<phs::Linearised<S>> own_linearised() const {
+    if constexpr (phs::has_linearised<S>) return linearise<S>(m_);
+    return nullptr;
+  }
   In q(In x) const { return x.first(nq_); }
   In p(In x) const { return x.subspan(nq_); }
   size_t slot(const JointProperties& j) const { return size_t(j.q); }

@@ -37,6 +37,43 @@ Objective::Part part_of(const char* name, const py::object& f) {
   };
 }
 
+/// The Hessian of a part of the cost times v, from a function of (t, x, v).
+Objective::Curvature curvature_of(const char* name, const py::object& f) {
+  if (f.is_none()) return {};
+  return [name, f](double t, std::span<const double> x, std::span<const double> v,
+                   std::span<double> product) {
+    const py::gil_scoped_acquire held;
+    const auto array = [](std::span<const double> a) {
+      return as_array(std::vector<double>(a.begin(), a.end()));
+    };
+    const auto given = numbers(name, f(t, array(x), array(v)), x.size());
+    std::copy(given.begin(), given.end(), product.begin());
+  };
+}
+
+/// The cost and how its gradient is computed, as the arguments of both functions give them.
+struct Request {
+  Objective objective;
+  std::vector<double> direction;
+  size_t memory;
+
+  Request(const py::object& end, const py::object& sampled, const py::object& running,
+          size_t memory_, const py::object& along, size_t nx, const py::object& end_curvature,
+          const py::object& sampled_curvature, const py::object& running_curvature)
+      : objective{part_of("end", end),
+                  part_of("sampled", sampled),
+                  part_of("running", running),
+                  curvature_of("end_curvature", end_curvature),
+                  curvature_of("sampled_curvature", sampled_curvature),
+                  curvature_of("running_curvature", running_curvature)},
+        memory(memory_) {
+    if (!along.is_none()) direction = numbers("direction", along, nx);
+    if (along.is_none() &&
+        (objective.end_curvature || objective.sampled_curvature || objective.running_curvature))
+      throw InvalidArgument("a curvature is given without direction, expected both");
+  }
+};
+
 py::dict named(const std::vector<std::string>& names, const std::vector<double>& values) {
   py::dict d;
   for (size_t i = 0; i < names.size(); ++i) d[py::str(names[i])] = values[i];
@@ -45,14 +82,15 @@ py::dict named(const std::vector<std::string>& names, const std::vector<double>&
 
 RunGradient gradient_from(const phs::Model& model, const phs::State& start,
                           const scene::Steps& steps, const std::string& method,
-                          const py::object& end, const py::object& sampled,
-                          const py::object& running, size_t memory) {
-  const Objective objective{part_of("end", end), part_of("sampled", sampled),
-                            part_of("running", running)};
+                          const Request& request) {
   RunGradient r;
   interruptibly([&](const std::atomic<bool>& stop) {
-    r = integrators::gradient_of_run(method, model, start, steps.size, steps.whole(), objective,
-                                     {.memory = memory, .last = steps.last, .stop = &stop});
+    r = integrators::gradient_of_run(method, model, start, steps.size, steps.whole(),
+                                     request.objective,
+                                     {.memory = request.memory,
+                                      .direction = request.direction,
+                                      .last = steps.last,
+                                      .stop = &stop});
   });
   if (r.outcome != integrators::Outcome::ok)
     throw std::runtime_error("the gradient by " + method + " stopped: " + r.remark);
@@ -69,16 +107,22 @@ phs::State state_of(const phs::Model& model, const py::object& x) {
 
 RunGradient gradient(std::shared_ptr<const phs::Model> model, const py::object& x, double step,
                      std::int64_t steps, const std::string& method, const py::object& end,
-                     const py::object& sampled, const py::object& running, size_t memory) {
-  return gradient_from(*model, state_of(*model, x), {.size = step, .total = steps}, method, end,
-                       sampled, running, memory);
+                     const py::object& sampled, const py::object& running, size_t memory,
+                     const py::object& direction, const py::object& end_curvature,
+                     const py::object& sampled_curvature, const py::object& running_curvature) {
+  return gradient_from(*model, state_of(*model, x), {.size = step, .total = steps}, method,
+                       {end, sampled, running, memory, direction, size_t(model->description().nx),
+                        end_curvature, sampled_curvature, running_curvature});
 }
 
 RunGradient gradient_of_scene(const scene::Scene& s, const scene::Assembly& a,
                               const py::object& end, const py::object& sampled,
-                              const py::object& running, size_t memory) {
-  return gradient_from(*a.model, a.initial, scene::differentiable_steps(s, a), s.method, end,
-                       sampled, running, memory);
+                              const py::object& running, size_t memory, const py::object& direction,
+                              const py::object& end_curvature, const py::object& sampled_curvature,
+                              const py::object& running_curvature) {
+  return gradient_from(*a.model, a.initial, scene::differentiable_steps(s, a), s.method,
+                       {end, sampled, running, memory, direction, a.initial.x.size(), end_curvature,
+                        sampled_curvature, running_curvature});
 }
 
 void require_end(integrators::Outcome outcome, const std::string& remark) {
@@ -175,6 +219,15 @@ void bind_derivatives(py::module_& m) {
       .def_property_readonly(
           "parameters", [](const RunGradient& g) { return named(g.names, g.parameters); },
           "dJ/dtheta by name, with the state at the start kept.")
+      .def_property_readonly(
+          "start_along", [](const RunGradient& g) { return as_array(g.start_along); },
+          "The change of start along the direction, d2J/dx2 times it, (nx,); empty without one.")
+      .def_property_readonly(
+          "parameters_along",
+          [](const RunGradient& g) {
+            return g.parameters_along.empty() ? py::dict() : named(g.names, g.parameters_along);
+          },
+          "The change of parameters along the direction, by name; empty without one.")
       .def_readonly("duration", &RunGradient::duration,
                     "dJ/dT by the duration [1/s], all steps made longer alike, if no part of J "
                     "depends on t itself; nan "
@@ -190,7 +243,9 @@ void bind_derivatives(py::module_& m) {
       "gradient", &gradient, py::arg("model"), py::arg("x"), py::arg("step"), py::arg("steps"),
       py::kw_only(), py::arg("method") = "gauss16", py::arg("end") = py::none(),
       py::arg("sampled") = py::none(), py::arg("running") = py::none(),
-      py::arg("memory") = size_t(64) << 20,
+      py::arg("memory") = size_t(64) << 20, py::arg("direction") = py::none(),
+      py::arg("end_curvature") = py::none(), py::arg("sampled_curvature") = py::none(),
+      py::arg("running_curvature") = py::none(),
       R"(The gradient of a run of `steps` steps [s] from the state x (nx,), by the discrete adjoint: exact to rounding for
 the numbers the run computes. It takes the time of a few runs, however many parameters there are.
 
@@ -200,11 +255,17 @@ is asked first. Parameters: "<body>.mass", ".moment.x" (mass times centre), ".in
 "<joint>.rotor_inertia", ".stiffness", ".damping", ".rest", and "<element>.factor", a factor on the force of an element of a
 network; networks with controllers or wrenches have none. memory: bytes for stages and checkpoints.
 
+direction (nx,): a change of the start, along which the gradient is differentiated too: start_along is the product of the
+Hessian of J with it, parameters_along that of the mixed derivatives, exact to rounding as the gradient (tangent over
+adjoint). end_curvature and the others are functions of (t, x, v) that return the Hessian of their part times v; without
+one, its gradient is differenced, with an error of some 1e-10.
+
 Raises InvalidArgument for a method without it (docs/derivatives.md, "What is covered"), a model with constraints or
-sampled controllers, and RuntimeError where a step or its adjoint does not converge.)");
+sampled controllers, a direction in a system without second derivatives, and RuntimeError where a step or its adjoint does not converge.)");
   m.def("gradient_of_scene", &gradient_of_scene, py::arg("scene"), py::arg("assembly"),
         py::arg("end"), py::arg("sampled"), py::arg("running"), py::arg("memory"),
-        "What Scene.gradient() calls.");
+        py::arg("direction"), py::arg("end_curvature"), py::arg("sampled_curvature"),
+        py::arg("running_curvature"), "What Scene.gradient() calls.");
   m.def(
       "monodromy", &monodromy, py::arg("model"), py::arg("x"), py::arg("step"), py::arg("steps"),
       py::kw_only(), py::arg("method") = "gauss16",

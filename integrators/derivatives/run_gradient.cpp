@@ -3,76 +3,72 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrators/derivatives/replay.h"
+#include "integrators/derivatives/second_adjoint.h"
+
 namespace porthos::integrators {
 namespace {
 
-/// Where a run can be taken up again with the same bits.
-struct Checkpoint {
-  phs::State state;
-  std::vector<double> memory;
-};
-
-/// One cost on its way back through the run.
+/// One cost on its way back through the run, and with a direction its change along that.
 struct Descent {
   const Objective& objective;
   std::unique_ptr<StepVariation> adjoint;
+  std::unique_ptr<SecondAdjoint> second;
   TwoWords lambda, parameters, cost;
   TwoWords by_size;  ///< Σ h ∂J/∂h of the steps
+  TwoWords lambda_along, parameters_along;
   double size_at_end = 0;
 
-  Descent(const Objective& J, std::unique_ptr<StepVariation> a, size_t n)
+  Descent(const Objective& J, const phs::Model& model, const StepPieces& pieces, bool twice)
       : objective(J),
-        adjoint(std::move(a)),
-        lambda(n),
+        adjoint(make_step_variation(model, pieces, StepVariation::Side::adjoint)),
+        second(twice ? make_second_adjoint(model, pieces) : nullptr),
+        lambda(size_t(model.description().nx)),
         parameters(adjoint->parameters().size()),
         cost(1),
-        by_size(1) {}
+        by_size(1),
+        lambda_along(lambda),
+        parameters_along(parameters) {}
 };
 
-/// A run backwards, for any number of costs. Stages come from the steps themselves, taken again
-/// where they were not kept.
-class Backwards {
+/// A run backwards, for any number of costs.
+class Backwards final : public Replay {
  public:
   Backwards(const std::string& method, const phs::Model& model, double h,
             std::span<const Objective> objectives, const GradientOptions& options)
-      : options_(options),
-        pieces_(method, model, h),
-        method_(pieces_.method()),
+      : Replay(method, model, h, options),
         n_(size_t(model.description().nx)),
         autonomous_(model.description().traits.autonomous),
-        weights_(size_t(pieces_.table().s)),
+        weights_(size_t(pieces().table().s)),
         x_(n_),
-        gradient_(n_) {
+        gradient_(n_),
+        gradient_along_(n_) {
     for (const Objective& J : objectives)
-      descents_.emplace_back(J, make_step_variation(model, pieces_, StepVariation::Side::adjoint),
-                             n_);
+      descents_.emplace_back(J, model, pieces(), !options.direction.empty());
     for (const auto& b : model.description().blocks)
       if (b.kind == phs::BlockKind::angle) angle_at_.push_back(size_t(b.at));
   }
 
   std::vector<RunGradient> of(const phs::State& start, std::int64_t steps) {
-    Checkpoint here{start, method_.memory()};
-    whole_until_ = start.step + steps;
-    const double length = double(steps) * method_.step_size() + options_.last;
-    if (options_.last != 0) ++steps;
-    plan(steps, here);
-    work_ = double(forward_steps(steps, levels_) + steps * std::int64_t(descents_.size()));
-    if (steps == 0) begin(start);
-    const bool ok = steps == 0 || reverse(here, steps, levels_);
+    const bool ok = take(start, steps, descents_.size());
     std::vector<RunGradient> all;
     for (const Descent& d : descents_) {
       RunGradient r;
-      r.outcome = ok ? Outcome::ok : outcome_;
-      r.remark = remark_;
+      r.outcome = ok ? Outcome::ok : outcome();
+      r.remark = remark();
       r.cost = d.cost.x[0];
       r.end = end_;
       r.start = d.lambda.x;
       r.names = d.adjoint->parameters();
       r.parameters = d.parameters.x;
-      r.duration = autonomous_ && steps > 0 ? d.by_size.x[0] / length : NAN;
+      r.duration = autonomous_ && length() != 0 ? d.by_size.x[0] / length() : NAN;
       const double size = size_of(d.lambda.x);
       r.growth = !d.objective.end ? NAN : size == 0 ? 0 : std::log10(size / d.size_at_end);
-      r.steps_taken = method_.cost().steps;
+      if (d.second) {
+        r.start_along = d.lambda_along.x;
+        r.parameters_along = d.parameters_along.x;
+      }
+      r.steps_taken = pieces().method().cost().steps;
       r.adjoint = d.adjoint->cost();
       all.push_back(std::move(r));
     }
@@ -80,164 +76,112 @@ class Backwards {
   }
 
  private:
-  /// Half of the memory holds the steps of a segment, half checkpoints. More levels where a run has
-  /// more segments than checkpoints.
-  void plan(std::int64_t steps, const Checkpoint& c) {
-    const size_t row = row_size(), words = 2 * n_ + c.state.turns.size() + c.memory.size(),
-                 half = options_.memory / 2 / sizeof(double);
-    segment_ = std::max<std::int64_t>(1, std::int64_t(half / row));
-    const double checkpoints = double(half) / double(words + 16);
-    for (levels_ = 0;; ++levels_) {
-      fan_ = std::max<std::int64_t>(2, std::int64_t(checkpoints / std::max(1, levels_)));
-      if (double(segment_) * std::pow(double(fan_), levels_) >= double(steps)) break;
+  void begin(const phs::State& end, std::span<const double> tangent) override {
+    end_ = end;
+    for (Descent& d : descents_) {
+      if (!d.objective.end) continue;
+      add_cost(d, d.objective.end, d.objective.end_curvature,
+               {pieces().method().time(end), end.x, tangent, end.turns}, 1);
+      add_to_lambda(d);
+      d.size_at_end = size_of(d.lambda.x);
     }
-    if (levels_ == 0) segment_ = steps;
-    kept_.reserve(size_t(segment_) * row);
   }
-  /// Numbers kept of a step: its pieces and its end.
-  size_t row_size() const { return pieces_.numbers().size() + n_; }
-
-  /// Steps between two checkpoints of a level.
-  std::int64_t part_of(int level) const {
-    std::int64_t part = segment_;
-    for (int i = 1; i < level; ++i) part *= fan_;
-    return part;
-  }
-  /// Steps that reverse() takes forwards.
-  std::int64_t forward_steps(std::int64_t steps, int level) const {
-    if (steps <= segment_) return steps;
-    const std::int64_t part = part_of(level), parts = (steps - 1) / part;
-    return parts * (part + forward_steps(part, level - 1)) +
-           forward_steps(steps - parts * part, level - 1);
-  }
-  /// Takes λ back over `steps` steps from a checkpoint.
-  bool reverse(const Checkpoint& from, std::int64_t steps, int level) {
-    if (steps <= segment_) return forwards(from, steps, true) && backwards();
-    const std::int64_t part = part_of(level);
-    std::vector<Checkpoint> checkpoints{from};
-    method_.restore(from.memory);
-    state_ = from.state;
-    for (std::int64_t done = part; done < steps; done += part) {
-      if (!steps_forwards(part, false)) return false;
-      checkpoints.push_back({state_, method_.memory()});
-    }
-    std::int64_t left = steps - part * std::int64_t(checkpoints.size() - 1);
-    for (; !checkpoints.empty(); left = part) {
-      if (!reverse(checkpoints.back(), left, level - 1)) return false;
-      checkpoints.pop_back();
-    }
-    return true;
-  }
-
-  bool forwards(const Checkpoint& from, std::int64_t steps, bool keep) {
-    method_.restore(from.memory);
-    state_ = from.state;
-    kept_.clear();
-    turns_.clear();
-    return steps_forwards(steps, keep);
-  }
-  bool steps_forwards(std::int64_t steps, bool keep) {
-    for (std::int64_t i = 0; i < steps; ++i) {
-      if (!went_on()) return false;
-      const double t = method_.time(state_);
-      const Outcome o = pieces_.step(state_, state_.step == whole_until_ ? options_.last : 0);
-      if (o != Outcome::ok)
-        return give_up(o, "the step at t = " + number(t) + " s: " + to_string(o));
-      if (keep) keep_step();
-    }
-    return true;
-  }
-  /// Before a step, or a step back of one cost: about the same work. false: stopped.
-  bool went_on() {
-    if (options_.stop && options_.stop->load(std::memory_order_relaxed))
-      return give_up(Outcome::failed, "the run was stopped");
-    if (++done_ % 64 == 0 && options_.progress)
-      options_.progress(std::min(1.0, double(done_) / work_));
-    return true;
-  }
-  void keep_step() {
-    if (turns_.empty() || turns_.back().turns != state_.turns)
-      turns_.push_back({kept_.size() / row_size(), state_.turns});
-    kept_.insert(kept_.end(), pieces_.numbers().begin(), pieces_.numbers().end());
-    kept_.insert(kept_.end(), state_.x.begin(), state_.x.end());
-  }
-
-  bool backwards() {
-    if (!begun_) begin(state_);
-    const size_t row = row_size();
-    for (size_t i = kept_.size() / row; i-- > 0;) {
-      while (turns_.back().from > i) turns_.pop_back();
-      const std::span<const double> step(kept_.data() + i * row, row);
-      for (Descent& d : descents_)
-        if (!back(d, step, turns_.back().turns)) return false;
-    }
-    return true;
+  bool back(const KeptStep& step) override {
+    return std::ranges::all_of(descents_, [&](Descent& d) { return back(d, step); });
   }
   /// Takes a cost back over a step.
-  bool back(Descent& d, std::span<const double> step, const std::vector<std::int64_t>& turns) {
+  bool back(Descent& d, const KeptStep& step) {
     if (!went_on()) return false;
-    size_t i = pieces_.count() - 1;
+    size_t i = pieces().count() - 1;
     if (d.objective.sampled) {
-      const StepPiece last = pieces_.at(step, i);
-      add_cost(d, d.objective.sampled, last.t + last.h, step.last(n_), turns, 1);
-      for (size_t k = 0; k < n_; ++k) d.lambda.add(k, gradient_[k]);
+      const StepPiece last = pieces().at(step.pieces, i);
+      add_cost(d, d.objective.sampled, d.objective.sampled_curvature,
+               {last.t + last.h, step.end, step.tangent_at_end, step.turns}, 1);
+      add_to_lambda(d);
     }
+    const size_t stages = step.tangent.size() / pieces().count();
     for (++i; i-- > 0;)
-      if (!back_over(d, pieces_.at(step, i), turns)) return false;
+      if (!back_over(d, pieces().at(step.pieces, i), step.tangent.subspan(i * stages, stages),
+                     step.turns))
+        return false;
     return true;
   }
-  bool back_over(Descent& d, const StepPiece& piece, const std::vector<std::int64_t>& turns) {
-    const auto& table = pieces_.table();
+  bool back_over(Descent& d, const StepPiece& piece, std::span<const double> tangent,
+                 const std::vector<std::int64_t>& turns) {
+    const auto& table = pieces().table();
+    const auto& part = d.objective.running;
     const size_t s = weights_.size();
-    running_.resize(d.objective.running ? s * n_ : 0);
-    if (d.objective.running) table.weights(piece.h, weights_);
-    for (size_t j = 0; j < s && d.objective.running; ++j) {
-      const double part = add_cost(d, d.objective.running, piece.t + piece.h * table.c[j],
-                                   piece.Y.subspan(j * n_, n_), turns, weights_[j]);
-      d.by_size.add(0, part);
-      std::copy(gradient_.begin(), gradient_.end(), running_.begin() + std::ptrdiff_t(j * n_));
+    running_.resize(part ? s * n_ : 0);
+    running_along_.resize(d.second ? running_.size() : 0);
+    if (part) table.weights(piece.h, weights_);
+    for (size_t j = 0; j < s && part; ++j) {
+      const auto at = [&](std::span<const double> values) {
+        return values.empty() ? values : values.subspan(j * n_, n_);
+      };
+      d.by_size.add(0, add_cost(d, part, d.objective.running_curvature,
+                                {piece.t + piece.h * table.c[j], at(piece.Y), at(tangent), turns},
+                                weights_[j]));
+      std::ranges::copy(gradient_, running_.begin() + std::ptrdiff_t(j * n_));
+      if (d.second)
+        std::ranges::copy(gradient_along_, running_along_.begin() + std::ptrdiff_t(j * n_));
     }
     d.adjoint->at(piece, turns);
-    const Outcome o = d.adjoint->advance(d.lambda, running_);
+    Outcome o = d.adjoint->advance(d.lambda, running_);
+    if (o == Outcome::ok && d.second)
+      o = d.second->advance(piece, turns, tangent, *d.adjoint, running_along_, d.lambda_along);
     if (o != Outcome::ok)
       return give_up(o, "the adjoint of the step at t = " + number(piece.t) + " s: " +
                             (o == Outcome::not_converged
                                  ? "its iteration does not contract, expected a shorter step"
                                  : "it outgrew every number, expected a shorter run"));
     d.adjoint->add_gradient(d.parameters);
+    if (d.second) d.second->add_gradient(d.parameters_along);
     d.by_size.add(0, d.adjoint->by_size());
     return true;
   }
-  /// λ at the end of the run.
-  void begin(const phs::State& end) {
-    begun_ = true;
-    end_ = end;
-    for (Descent& d : descents_) {
-      if (!d.objective.end) continue;
-      add_cost(d, d.objective.end, method_.time(end), end.x, end.turns, 1);
-      for (size_t k = 0; k < n_; ++k) d.lambda.add(k, gradient_[k]);
-      d.size_at_end = size_of(d.lambda.x);
-    }
-  }
-  /// Adds weight · a part of a cost to it, and leaves its gradient in gradient_.
+
+  /// A point that a cost is asked at, with the tangent there.
+  struct Point {
+    double t;
+    std::span<const double> x, tangent;
+    const std::vector<std::int64_t>& turns;
+  };
+  /// Adds weight · a part of a cost to it, and leaves its gradient in gradient_, the change of that
+  /// along the tangent in gradient_along_.
   /// @return what it added
-  double add_cost(Descent& d, const Objective::Part& part, double t, std::span<const double> x,
-                  const std::vector<std::int64_t>& turns, double weight) {
-    std::copy(x.begin(), x.end(), x_.begin());
+  double add_cost(Descent& d, const Objective::Part& part, const Objective::Curvature& curvature,
+                  const Point& at, double weight) {
+    std::ranges::copy(at.x, x_.begin());
     for (size_t a = 0; a < angle_at_.size(); ++a)
-      x_[angle_at_[a]] += double(turns[a]) * phs::two_pi_hi;
-    std::fill(gradient_.begin(), gradient_.end(), 0.0);
-    const double added = weight * part(t, x_, gradient_);
+      x_[angle_at_[a]] += double(at.turns[a]) * phs::two_pi_hi;
+    std::ranges::fill(gradient_along_, 0.0);
+    if (d.second && curvature)
+      curvature(at.t, x_, at.tangent, gradient_along_);
+    else if (d.second)
+      difference_along(part, at.t, at.tangent);
+    std::ranges::fill(gradient_, 0.0);
+    const double added = weight * part(at.t, x_, gradient_);
     d.cost.add(0, added);
     return added;
   }
-  bool give_up(Outcome o, const std::string& why) {
-    outcome_ = o;
-    remark_ = why;
-    return false;
+  /// gradient_along_ of a part at x_, by a central difference of its gradient.
+  void difference_along(const Objective::Part& part, double t, std::span<const double> tangent) {
+    const double length = size_of(tangent), by = 0x1p-17 * (1 + size_of(x_)) / length;
+    if (length == 0) return;
+    moved_.resize(n_);
+    for (const double way : {by, -by}) {
+      for (size_t k = 0; k < n_; ++k) moved_[k] = x_[k] + way * tangent[k];
+      std::ranges::fill(gradient_, 0.0);
+      (void)part(t, moved_, gradient_);
+      for (size_t k = 0; k < n_; ++k) gradient_along_[k] += gradient_[k] / (2 * way);
+    }
+  }
+  void add_to_lambda(Descent& d) {
+    for (size_t k = 0; k < n_; ++k) d.lambda.add(k, gradient_[k]);
+    for (size_t k = 0; k < n_ && d.second; ++k) d.lambda_along.add(k, gradient_along_[k]);
   }
   /// Its length, also where the squares leave the range of numbers.
-  static double size_of(const std::vector<double>& v) {
+  static double size_of(std::span<const double> v) {
     double largest = 0, sum = 0;
     for (const double a : v) largest = std::max(largest, std::fabs(a));
     if (largest == 0) return 0;
@@ -245,31 +189,13 @@ class Backwards {
     return largest * std::sqrt(sum);
   }
 
-  struct TurnsFrom {
-    size_t from;  ///< the first step of the segment with them
-    std::vector<std::int64_t> turns;
-  };
-
-  const GradientOptions& options_;
-  StepPieces pieces_;
-  Integrator& method_;
   std::vector<Descent> descents_;
   size_t n_;
   bool autonomous_;
   std::vector<double> weights_;
   std::vector<size_t> angle_at_;
-
-  std::int64_t segment_ = 0, fan_ = 0, done_ = 0, whole_until_ = 0;
-  double work_ = 1;
-  int levels_ = 0;
-  phs::State state_, end_;
-  std::vector<double> kept_;  ///< rows of a segment
-  std::vector<TurnsFrom> turns_;
-
-  std::vector<double> x_, gradient_, running_;
-  bool begun_ = false;
-  Outcome outcome_ = Outcome::ok;
-  std::string remark_;
+  phs::State end_;
+  std::vector<double> x_, moved_, gradient_, gradient_along_, running_, running_along_;
 };
 
 }  // namespace

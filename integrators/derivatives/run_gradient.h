@@ -15,6 +15,13 @@ struct Objective {
   using Part =
       std::function<double(double t, std::span<const double> x, std::span<double> gradient)>;
   Part end, sampled, running;
+
+  /// The Hessian of a part at (t, x) times v. With a GradientOptions::direction; where it is empty,
+  /// a central difference of the gradient stands in, exact for quadratic parts but for rounding
+  /// (1e-11 of the gradient), with an error of some 1e-10 for others.
+  using Curvature = std::function<void(double t, std::span<const double> x,
+                                       std::span<const double> v, std::span<double> product)>;
+  Curvature end_curvature = {}, sampled_curvature = {}, running_curvature = {};
 };
 
 /// How a gradient is computed.
@@ -22,6 +29,8 @@ struct GradientOptions {
   /// Bytes for the stages and checkpoints of a run. If all stages fit, the run is taken once; else
   /// it is taken again in segments, from checkpoints at two levels or more.
   size_t memory = size_t(64) << 20;
+  /// δx_0, size nx: products with the Hessian too, tangent over adjoint. Empty: none.
+  std::vector<double> direction = {};
   double last = 0;  ///< a last step of another size after the others [s]; 0: none
   const std::atomic<bool>* stop = nullptr;         ///< true: give up; the outcome is then `failed`
   std::function<void(double done)> progress = {};  ///< the share of the work done, 0 to 1
@@ -36,6 +45,9 @@ struct RunGradient {
   std::vector<double> start;       ///< ∂J/∂x_0, size nx
   std::vector<std::string> names;  ///< of parameters, as phs::Linearised::parameters()
   std::vector<double> parameters;  ///< ∂J/∂θ with x_0 kept
+  /// The changes of `start` and `parameters` along GradientOptions::direction: ∂²J/∂x_0² δx_0 and
+  /// ∂²J/∂θ∂x_0 δx_0, exact to rounding as these. Empty without a direction.
+  std::vector<double> start_along, parameters_along;
   /// ∂J/∂T by the duration, all steps made longer alike, if no part of J depends on t itself; NaN
   /// for a field that does, and without steps [1/s].
   double duration = 0;
@@ -50,7 +62,8 @@ struct RunGradient {
 /// model, by the discrete adjoint: exact to rounding for the numbers that the run computes. Its
 /// cost does not depend on the number of parameters. Low words, wrapping and turns have derivative
 /// one. The state is unchanged.
-/// @throws InvalidArgument as StepPieces; for a model with constraints or sampled controllers
+/// @throws InvalidArgument as StepPieces; for a model with constraints or sampled controllers;
+///   with a direction as make_second_adjoint()
 RunGradient gradient_of_run(const std::string& method, const phs::Model& model,
                             const phs::State& start, double h, std::int64_t steps,
                             const Objective& objective, const GradientOptions& options = {});

@@ -89,6 +89,12 @@ class CollocationVariation final : public StepVariation {
     }
   }
 
+  void stages(std::span<double> to) const override {
+    for (int j = 0; j < step_.s; ++j)
+      for (size_t k = 0; k < n_; ++k) to[size_t(stage(j)) * n_ + k] = Step::at(step_.Y, k, j);
+  }
+  void forget() override { have_before_ = false; }
+
   void add_gradient(TwoWords& gradient) override {
     std::fill(gradient_.begin(), gradient_.end(), Lanes(0.0));
     for (int c = 0; c < chunks; ++c) linear_[c]->add_gradient(used_[c] * step_.hb[c], gradient_);

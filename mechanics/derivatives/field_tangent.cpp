@@ -319,6 +319,8 @@ void FieldTangent<T>::add_inertial_gradient(const T& weight, Out gradient) {
 
 #define PORTHOS_INSTANTIATE(T) template class FieldTangent<T>;
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
+PORTHOS_INSTANTIATE(phs::BasicDual<phs::Pack4>)
+PORTHOS_INSTANTIATE(phs::BasicDual<phs::Pack8>)
 #undef PORTHOS_INSTANTIATE
 
 }  // namespace porthos::mechanics

@@ -10,7 +10,6 @@
 #include "phs/network/detail/sampled_controls.h"
 #include "phs/network/detail/source_values.h"
 #include "phs/network/detail/tank_flows.h"
-#include "phs/scalars/derivative.h"
 
 namespace porthos::phs {
 namespace {
@@ -228,9 +227,9 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     if constexpr (std::is_same_v<T, double>) return make_network_resolvent(p_, systems_, turn_);
     return nullptr;
   }
-  std::unique_ptr<Linearised<T>> linearised() override {
-    if constexpr (has_gradient_by_duals<T>) return make_network_linearised<T>(p_);
-    return nullptr;
+  std::unique_ptr<Linearised<T>> linearised() override { return network_linearised<T>(p_); }
+  std::unique_ptr<Linearised<BasicDual<T>>> linearised_in_duals() override {
+    return network_linearised<BasicDual<T>>(p_);
   }
 
  private:

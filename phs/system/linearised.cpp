@@ -86,6 +86,17 @@ std::unique_ptr<Linearised<T>> linearise(const Model& model) {
   return std::make_unique<ByDuals<T>>(model);
 }
 
+template <class T>
+std::unique_ptr<Linearised<BasicDual<T>>> linearise_in_duals(const Model& model) {
+  require_smooth(model);
+  const auto system = model.instantiate<T>();
+  if (auto* own = dynamic_cast<Differentiable<T>*>(system.get()))
+    if (auto made = own->linearised_in_duals()) return made;
+  throw InvalidArgument("'" + model.description().name +
+                        "' has no second derivatives, expected a mechanism, or one with springs, "
+                        "dampers and torques at joints");
+}
+
 #define PORTHOS_INSTANTIATE(T)                                        \
   template std::unique_ptr<Linearised<T>> linearise<T>(const Model&); \
   template std::unique_ptr<Linearised<T>> linearise_by_duals<T>(const Model&);
@@ -93,5 +104,7 @@ PORTHOS_INSTANTIATE(double)
 PORTHOS_INSTANTIATE(Pack4)
 PORTHOS_INSTANTIATE(Pack8)
 #undef PORTHOS_INSTANTIATE
+template std::unique_ptr<Linearised<BasicDual<Pack4>>> linearise_in_duals<Pack4>(const Model&);
+template std::unique_ptr<Linearised<BasicDual<Pack8>>> linearise_in_duals<Pack8>(const Model&);
 
 }  // namespace porthos::phs

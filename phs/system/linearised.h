@@ -11,7 +11,8 @@ namespace porthos::phs {
 
 /// The field f(t, x) of a system without inputs and its derivative at one point, as products with
 /// vectors. It works at the point that at() was called for last. Vectors have nx numbers, and no
-/// output may be an input. One object per thread; nothing allocates. T: double or lanes.
+/// output may be an input. One object per thread; nothing allocates. T: double or lanes; or duals
+/// over lanes, with the products' own derivative along a direction in the second part.
 template <class T>
 class Linearised {
  public:
@@ -50,6 +51,12 @@ class Linearised {
   std::vector<std::string> none_;
 };
 
+/// The scalars of Linearised.
+template <class T>
+inline constexpr bool has_linearised = std::is_same_v<T, double> || is_pack<T>;
+template <class T>
+inline constexpr bool has_linearised<BasicDual<T>> = is_pack<T>;
+
 /// A second base class of an evaluator (System<T>) with a derivative that is cheaper than duals.
 template <class T>
 class Differentiable {
@@ -57,6 +64,8 @@ class Differentiable {
   virtual ~Differentiable() = default;
   /// The derivative, or null if this system has none of its own. It refers to the model alone.
   virtual std::unique_ptr<Linearised<T>> linearised() = 0;
+  /// The same in duals, likewise; of lanes only.
+  virtual std::unique_ptr<Linearised<BasicDual<T>>> linearised_in_duals() { return nullptr; }
 };
 
 /// The derivative of a model's field: the system's own, else by duals (nx evaluations at each
@@ -65,6 +74,12 @@ class Differentiable {
 ///   depend on an earlier state
 template <class T>
 std::unique_ptr<Linearised<T>> linearise(const Model& model);
+
+/// The derivative of a model's field in duals over lanes, for second derivatives: at x + ε δ the
+/// second part of Dfᵀλ is (D²f δ)ᵀ λ. T: Pack4 or Pack8. The model must outlive it.
+/// @throws InvalidArgument as linearise(); for a system that has no derivative of its own
+template <class T>
+std::unique_ptr<Linearised<BasicDual<T>>> linearise_in_duals(const Model& model);
 
 /// The derivative of a model's field by duals, whatever the system offers.
 template <class T>

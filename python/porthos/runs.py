@@ -21,6 +21,7 @@ from .results import Comparison, Identification, PathLike, Result, Sensitivity
 
 Tell = Union[bool, None, Callable[[float, float, float], None]]
 CostPart = Union[None, Callable[[float, Any], "tuple[float, Any]"]]
+Curvature = Union[None, Callable[[float, Any, Any], Any]]
 
 
 def _name_of(path: Path) -> str:
@@ -144,12 +145,14 @@ class Scene:
         return Plan(json.loads(summary), out)
 
     def gradient(self, *, end: CostPart = None, sampled: CostPart = None, running: CostPart = None,
-                 memory: int = 64 << 20) -> _core.Gradient:
+                 memory: int = 64 << 20, direction: Any = None, end_curvature: Curvature = None, sampled_curvature: Curvature = None,
+                 running_curvature: Curvature = None) -> _core.Gradient:
         """The gradient of the scene's run from its start, see gradient(); of the model's state, where the centre of mass may be taken out.
 
-        Raises InvalidArgument for events, an orbit, a step control, a last step of another size, and all that gradient() refuses.
+        Raises InvalidArgument for events, an orbit, a step control, and all that gradient() refuses.
         """
-        return _core.gradient_of_scene(self.data, self.assembly, end, sampled, running, memory)
+        return _core.gradient_of_scene(self.data, self.assembly, end, sampled, running, memory, direction, end_curvature,
+                                       sampled_curvature, running_curvature)
 
     def sensitivity(self, of: str | Sequence[str] = (), *, by: str | Sequence[str] = (), uncertainty: float | None = None, threads: int = 0) -> Sensitivity:
         """On which parameters and start values the end of the scene's run depends, in the time of a few runs for each quantity.

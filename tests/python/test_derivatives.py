@@ -57,6 +57,35 @@ def test_the_gradient_is_that_of_differences():
     assert g.end.step == 40
 
 
+def test_products_with_the_hessian_are_the_change_of_the_gradient():
+    model = pendulum()
+    x, along = np.array([1.25, 0.5]), np.array([0.3, -0.7])
+    costs = dict(end=end, running=running, sampled=sampled)
+    curvatures = dict(end_curvature=lambda t, x, v: np.array([v[0], 0.0]),
+                      sampled_curvature=lambda t, x, v: np.array([0.0, 2 * v[1]]),
+                      running_curvature=lambda t, x, v: np.array([-t * math.sin(x[0]) * v[0], 0.0]))
+
+    def gradient(x, **more):
+        return ph.gradient(model, x, 1 / 16, 40, **costs, **more)
+
+    g, differenced = gradient(x, direction=along, **curvatures), gradient(x, direction=along)
+    by = 2.0 ** -17
+    up, down = gradient(x + by * along), gradient(x - by * along)
+    change = (up.start - down.start) / (2 * by)
+    of_mass = (up.parameters["rod.mass"] - down.parameters["rod.mass"]) / (2 * by)
+    print(f"  off the difference by {np.abs(g.start_along - change).max():.1e} of {np.abs(change).max():.2g}, bound 1e-8; "
+          f"the mass's by {abs(g.parameters_along['rod.mass'] - of_mass):.1e} of {of_mass:.2g}; "
+          f"without curvatures {np.abs(differenced.start_along - g.start_along).max():.1e}")
+    assert np.abs(g.start_along - change).max() < 1e-8 * np.abs(change).max()
+    assert abs(g.parameters_along["rod.mass"] - of_mass) < 1e-8 * abs(of_mass)
+    assert np.abs(differenced.start_along - g.start_along).max() < 1e-8 * np.abs(change).max()
+    assert np.array_equal(g.start, gradient(x).start)
+    assert gradient(x).start_along.size == 0 and gradient(x).parameters_along == {}
+    for more, words in ((dict(direction=[1.0]), "direction"), (curvatures, "curvature is given without direction")):
+        with pytest.raises(ValueError, match=words):
+            gradient(x, **more)
+
+
 def test_no_cost_is_no_gradient():
     model = pendulum()
     g = ph.gradient(model, model.state([1.0], [0.0]), 0.1, 3)

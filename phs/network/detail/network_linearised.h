@@ -23,4 +23,11 @@ namespace porthos::phs {
 template <class T>
 std::unique_ptr<Linearised<T>> make_network_linearised(const Network::Plan& plan);
 
+/// The same for any scalar: null also for those that Linearised is not there for.
+template <class T>
+std::unique_ptr<Linearised<T>> network_linearised(const Network::Plan& plan) {
+  if constexpr (has_linearised<T>) return make_network_linearised<T>(plan);
+  return nullptr;
+}
+
 }  // namespace porthos::phs

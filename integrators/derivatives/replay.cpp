@@ -1,0 +1,162 @@
+#include "integrators/derivatives/replay.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace porthos::integrators {
+
+Replay::Replay(const std::string& method, const phs::Model& model, double h,
+               const GradientOptions& options)
+    : options_(options),
+      pieces_(method, model, h),
+      method_(pieces_.method()),
+      tangent_(std::span<const double>(options.direction)),
+      n_(size_t(model.description().nx)) {
+  if (options.direction.empty()) return;
+  require_size("direction", options.direction.size(), n_);
+  along_ = make_step_variation(model, pieces_, StepVariation::Side::tangent);
+  tangent_stages_.resize(pieces_.count() * size_t(pieces_.table().s) * n_);
+}
+
+bool Replay::take(const phs::State& start, std::int64_t steps, size_t returns) {
+  const Checkpoint here{start, method_.memory(), tangent_};
+  whole_until_ = start.step + steps;
+  length_ = double(steps) * method_.step_size() + options_.last;
+  if (options_.last != 0) ++steps;
+  plan(steps, here);
+  work_ = double(forward_steps(steps, levels_) + steps * std::int64_t(returns));
+  if (steps > 0) return reverse(here, steps, levels_);
+  begin_once(start);
+  return true;
+}
+
+/// Half of the memory holds the steps of a segment, half checkpoints. More levels where a run has
+/// more segments than checkpoints.
+void Replay::plan(std::int64_t steps, const Checkpoint& c) {
+  const size_t row = row_size(), half = options_.memory / 2 / sizeof(double),
+               words = 2 * n_ + c.state.turns.size() + c.memory.size() + 2 * c.tangent.x.size();
+  segment_ = std::max<std::int64_t>(1, std::int64_t(half / row));
+  const double checkpoints = double(half) / double(words + 16);
+  for (levels_ = 0;; ++levels_) {
+    fan_ = std::max<std::int64_t>(2, std::int64_t(checkpoints / std::max(1, levels_)));
+    if (double(segment_) * std::pow(double(fan_), levels_) >= double(steps)) break;
+  }
+  if (levels_ == 0) segment_ = steps;
+  kept_.reserve(size_t(segment_) * row);
+}
+/// Numbers kept of a step: its pieces and its end, and the tangent there.
+size_t Replay::row_size() const {
+  return pieces_.numbers().size() + n_ + tangent_stages_.size() + tangent_.x.size();
+}
+
+/// Steps between two checkpoints of a level.
+std::int64_t Replay::part_of(int level) const {
+  std::int64_t part = segment_;
+  for (int i = 1; i < level; ++i) part *= fan_;
+  return part;
+}
+/// Steps that reverse() takes forwards.
+std::int64_t Replay::forward_steps(std::int64_t steps, int level) const {
+  if (steps <= segment_) return steps;
+  const std::int64_t part = part_of(level), parts = (steps - 1) / part;
+  return parts * (part + forward_steps(part, level - 1)) +
+         forward_steps(steps - parts * part, level - 1);
+}
+/// Takes `steps` steps from a checkpoint and hands them back.
+bool Replay::reverse(const Checkpoint& from, std::int64_t steps, int level) {
+  if (steps <= segment_) return forwards(from, steps, true) && hand_back();
+  const std::int64_t part = part_of(level);
+  std::vector<Checkpoint> checkpoints{from};
+  restore(from);
+  for (std::int64_t done = part; done < steps; done += part) {
+    if (!steps_forwards(part, false)) return false;
+    checkpoints.push_back({state_, method_.memory(), tangent_});
+  }
+  std::int64_t left = steps - part * std::int64_t(checkpoints.size() - 1);
+  for (; !checkpoints.empty(); left = part) {
+    if (!reverse(checkpoints.back(), left, level - 1)) return false;
+    checkpoints.pop_back();
+  }
+  return true;
+}
+
+bool Replay::forwards(const Checkpoint& from, std::int64_t steps, bool keep) {
+  restore(from);
+  kept_.clear();
+  turns_.clear();
+  return steps_forwards(steps, keep);
+}
+void Replay::restore(const Checkpoint& from) {
+  method_.restore(from.memory);
+  state_ = from.state;
+  tangent_ = from.tangent;
+  if (along_) along_->forget();
+}
+bool Replay::steps_forwards(std::int64_t steps, bool keep) {
+  for (std::int64_t i = 0; i < steps; ++i) {
+    if (!went_on()) return false;
+    const double t = method_.time(state_);
+    const Outcome o = pieces_.step(state_, state_.step == whole_until_ ? options_.last : 0);
+    if (o != Outcome::ok) return give_up(o, "the step at t = " + number(t) + " s: " + to_string(o));
+    if (along_ && !tangent_forwards()) return false;
+    if (keep) keep_step();
+  }
+  return true;
+}
+bool Replay::tangent_forwards() {
+  const size_t stages = tangent_stages_.size() / pieces_.count();
+  for (size_t i = 0; i < pieces_.count(); ++i) {
+    const StepPiece piece = pieces_[i];
+    along_->at(piece, state_.turns);
+    if (const Outcome o = along_->advance(tangent_); o != Outcome::ok)
+      return give_up(o,
+                     "the tangent of the step at t = " + number(piece.t) + " s: " + to_string(o));
+    along_->stages(std::span(tangent_stages_).subspan(i * stages, stages));
+  }
+  return true;
+}
+void Replay::keep_step() {
+  if (turns_.empty() || turns_.back().turns != state_.turns)
+    turns_.push_back({kept_.size() / row_size(), state_.turns});
+  const auto keep = [&](std::span<const double> numbers) {
+    kept_.insert(kept_.end(), numbers.begin(), numbers.end());
+  };
+  keep(pieces_.numbers());
+  keep(state_.x);
+  keep(tangent_stages_);
+  keep(tangent_.x);
+}
+
+bool Replay::hand_back() {
+  begin_once(state_);
+  const size_t row = row_size(), of_pieces = pieces_.numbers().size();
+  for (size_t i = kept_.size() / row; i-- > 0;) {
+    while (turns_.back().from > i) turns_.pop_back();
+    const std::span<const double> step(kept_.data() + i * row, row);
+    const auto tangents = step.subspan(of_pieces + n_);
+    if (!back({step.first(of_pieces), step.subspan(of_pieces, n_),
+               tangents.first(tangent_stages_.size()), tangents.subspan(tangent_stages_.size()),
+               turns_.back().turns}))
+      return false;
+  }
+  return true;
+}
+void Replay::begin_once(const phs::State& end) {
+  if (!begun_) begin(end, tangent_.x);
+  begun_ = true;
+}
+
+bool Replay::went_on() {
+  if (options_.stop && options_.stop->load(std::memory_order_relaxed))
+    return give_up(Outcome::failed, "the run was stopped");
+  if (++done_ % 64 == 0 && options_.progress)
+    options_.progress(std::min(1.0, double(done_) / work_));
+  return true;
+}
+bool Replay::give_up(Outcome o, const std::string& why) {
+  outcome_ = o;
+  remark_ = why;
+  return false;
+}
+
+}  // namespace porthos::integrators
