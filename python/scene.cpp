@@ -157,17 +157,20 @@ Assembly assembly_from(std::shared_ptr<const phs::Model> model, py::object x) {
   return a;
 }
 
-py::dict statistics_of(const std::vector<double>& errors) {
-  ErrorStatistics s;
+py::dict statistics_of(const std::vector<double>& errors, double scale) {
+  if (!(scale > 0 && std::isfinite(scale)))
+    throw InvalidArgument(fmt::format("scale is {}, expected a positive number", scale));
+  ErrorStatistics s, relative;
   for (const double e : errors) {
     if (!std::isfinite(e)) throw InvalidArgument("errors has a number that is not finite");
     s.add(e);
+    relative.add(e / scale);
   }
   using namespace py::literals;
   return py::dict("max_abs"_a = s.max_abs(), "rms"_a = s.rms(), "change"_a = s.change(),
                   "growth_exponent"_a = s.growth_exponent(),
                   "drift_is_significant"_a = s.drift_is_significant(),
-                  "swing_growth"_a = s.swing_growth(), "words"_a = growth_words(s));
+                  "swing_growth"_a = s.swing_growth(), "words"_a = growth_words(relative));
 }
 
 }  // namespace
@@ -285,14 +288,16 @@ void bind_scene(py::module_& m) {
         "Speed against error: (compare.json, compare.txt), and the files in `out` unless it is "
         "empty.");
   m.def(
-      "error_statistics", &statistics_of, arg("errors"),
+      "error_statistics", &statistics_of, arg("errors"), py::kw_only(), arg("scale") = 1.0,
       "Growth and drift of a series of errors at equal intervals of time, as runs are judged: "
       "max_abs, rms, change, growth_exponent (0 bounded, 0.5 random walk, 1 drift or faster; nan "
       "where a level of increments is missing, as for less than 32 records, or swings are too "
       "few), drift_is_significant (beyond five standard errors of a random walk), swing_growth "
       "(how many times larger the scatter is in the last part than in the first, if it rises from "
-      "part to part, else 1) and words (what follows \"the error\" in the verdict of a run, the "
-      "errors taken as relative ones, a drift per record).");
+      "part to part, else 1) and words (what follows \"the error\" in the verdict of a run, a "
+      "drift "
+      "per record). scale: what the errors are relative to, in the words alone; they compare the "
+      "error with rounding.");
   bind_motion(m);
   bind_run_file(m);
 }

@@ -78,12 +78,16 @@ ErrorStatistics::Course ErrorStatistics::course() const {
     least = std::min(least, quarter);
     sum += quarter / 4;
   }
-  if (least > nearly_all * whole)
-    return {Course::recurs, std::max(0.0, std::log(whole / sum) / std::log(16.0))};
+  const auto exponent = [&](double part, double length) {
+    return std::max(0.0, 0.5 * std::log(whole / part) / std::log(length));
+  };
+  if (least > nearly_all * whole) return {Course::recurs, exponent(sum, 4)};
   const double first = parts_.variance(0, n / 2), last = parts_.means.back() - start_;
   if (first < next_to_none * whole && last * last > clearly * parts_.scatter(n - 1) && monotone())
     return {Course::explodes, 0.5 * std::log2(whole / std::max(first, 1e-30 * whole))};
-  return {};
+  double in_part = 0;
+  for (size_t i = 0; i < n; ++i) in_part += parts_.scatter(i) / double(n);
+  return {Course::unknown, std::max(exponent(sum, 4), exponent(in_part, double(n)))};
 }
 
 bool ErrorStatistics::monotone() const {
@@ -97,7 +101,10 @@ double ErrorStatistics::growth_exponent() const {
   const Course c = course();
   if (c.kind != Course::unknown) return c.exponent;
   const double slope = slope_of_increments();
-  return slope;
+  // Noise of single records, or a long swing under short ones: the scatter says more.
+  constexpr double bounded = 0.25, hardly_any = 0.1;
+  return slope < bounded && c.exponent > hardly_any ? std::numeric_limits<double>::quiet_NaN()
+                                                    : slope;
 }
 
 size_t ErrorStatistics::first_level() const {
@@ -176,8 +183,17 @@ double ErrorStatistics::swing_growth() const {
   if (n < fewest_parts || parts_.length < fewest_records) return 1;
   int falls = 0;
   for (size_t i = 1; i < n; ++i) falls += parts_.scatter(i) <= parts_.scatter(i - 1);
-  const double first = parts_.scatter(0), last = parts_.scatter(n - 1);
-  return falls > 1 || !(last > first && first > 0) ? 1 : std::sqrt(last / first);
+  double first = parts_.scatter(0), last = parts_.scatter(n - 1);
+  if (falls > 1) {  // of swings about as long as a part: in sixths of the series
+    constexpr size_t sixths = 6;
+    double sixth[sixths];
+    for (size_t k = 0; k < sixths; ++k)
+      sixth[k] = parts_.variance(k * n / sixths, (k + 1) * n / sixths);
+    first = sixth[0];
+    last = sixth[sixths - 1];
+    if (!std::ranges::is_sorted(sixth) || !(last > 25 * first)) return 1;
+  }
+  return !(last > first && first > 0) ? 1 : std::sqrt(last / first);
 }
 
 std::vector<double> ErrorStatistics::memory() const {

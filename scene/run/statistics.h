@@ -27,8 +27,9 @@ class ErrorStatistics {
   /// length where the series settles, recurs or explodes (Course): increments tell of swings only
   /// where they are longer than these. Else the least-squares slope of log sqrt(S_j) against log
   /// 2^j over the levels of at least 8 increments, less those within a swing. NaN for fewer than 3
-  /// such levels, and for a slope above 0.75 of an error that comes back: less than half of its
-  /// increments of the last level, had they one sign, are left at the end.
+  /// such levels; for a slope above 0.75 of an error that comes back: less than half of its
+  /// increments of the last level, had they one sign, are left at the end; and for one below 0.25
+  /// where the scatter grows with the length by an exponent above 0.1, as of a walk under noise.
   double growth_exponent() const;
 
   /// Whether the records, or their means over parts of the series, have gone further than a random
@@ -36,9 +37,10 @@ class ErrorStatistics {
   bool drift_is_significant() const;
 
   /// How many times larger the scatter of the records is in the last of 9 to 17 equal parts of the
-  /// series than in the first, if it rises from part to part, but for one: the swings of an error
-  /// whose increments do not grow with τ may grow with time all the same. Else 1, and for parts of
-  /// less than 4 records.
+  /// series than in the first, if it rises from part to part, but for one; or in sixths of it, if
+  /// it rises without exception to the fivefold at least, as of swings no longer than a part. The
+  /// swings of an error whose increments do not grow with τ may grow with time all the same. Else
+  /// 1, and for parts of less than 4 records.
   double swing_growth() const;
 
   std::vector<double> memory() const;  ///< everything, for checkpoints
@@ -78,7 +80,8 @@ class ErrorStatistics {
     /// settles: next to none in the second half. recurs: nearly all in each quarter, as of swings
     /// that do not grow. explodes: next to none in the first half, and the means do not come back.
     enum Kind { unknown, settles, recurs, explodes } kind = unknown;
-    double exponent = 0;  ///< by which the scatter grows with the length
+    double exponent = 0;  ///< by which the scatter grows with the length; if unknown, the larger
+                          ///< one of quarters and parts
   };
   Course course() const;
   bool monotone() const;  ///< the means of the parts, at least 9

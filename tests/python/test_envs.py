@@ -233,6 +233,9 @@ def test_statistics_of_errors(pendulum):
     assert abs(s["growth_exponent"] - e["growth_exponent"]) < 1e-9 and s["drift_is_significant"] == e["drift_is_significant"]
     rng = np.random.default_rng(1)
     walk, drift = np.cumsum(rng.normal(size=4096)), np.arange(4096.0) + rng.normal(size=4096)
+    small = 1e-16 * walk
+    assert ph.error_statistics(1e6 * small, scale=1e6)["words"] == ph.error_statistics(small)["words"] != ph.error_statistics(1e6 * small)["words"]
+    refused(lambda: ph.error_statistics(walk, scale=0), "scale is 0")
     a, b = ph.error_statistics(walk), ph.error_statistics(drift)
     assert 0.4 < a["growth_exponent"] < 0.6 and not a["drift_is_significant"]
     assert b["words"].startswith("drifts, like t or faster") and "per record" in b["words"]

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -161,6 +162,52 @@ TEST(Statistics, SwingsThatGrowAreFound) {
   }
   EXPECT_EQ(of_walks, 0);
   EXPECT_EQ(of_noise, 0);
+}
+
+/// Swings about as long as the parts that are compared: their scatter does not rise from part to
+/// part. Controls: swings that do not grow.
+TEST(Statistics, LongSwingsThatGrowAreFound) {
+  for (int swings = 8; swings <= 40; ++swings)
+    for (int phase = 0; phase < 5; ++phase) {
+      ErrorStatistics grows, steady;
+      for (int i = 0; i < 4000; ++i) {
+        const double swing = std::sin(2 * M_PI * (swings * i / 4000.0 + 0.2 * phase));
+        grows.add(i * swing);
+        steady.add(swing);
+      }
+      EXPECT_GT(grows.swing_growth(), 8) << swings << " swings";
+      EXPECT_LT(steady.swing_growth(), 3) << swings << " swings";
+    }
+}
+
+/// A random walk under noise of single records, which hides it from increments, is seldom called
+/// bounded. Controls: the noise alone is, and the walk alone grows.
+TEST(Statistics, AWalkUnderNoiseIsNotCalledBounded) {
+  const auto called = [](int n, double walk, double noise) {
+    std::array<int, 3> of{};  // bounded, grows, not told
+    for (unsigned seed = 1; seed <= 300; ++seed) {
+      std::mt19937_64 rng(seed);
+      std::normal_distribution<double> step(0, 1);
+      ErrorStatistics s;
+      double e = 0;
+      for (int i = 0; i < n; ++i) {
+        e += walk * step(rng);
+        s.add(e + noise * step(rng));
+      }
+      const double g = s.growth_exponent();
+      ++of[std::isnan(g) ? 2 : g < 0.25 ? 0 : 1];
+    }
+    return of;
+  };
+  for (const auto& [n, noise, bound] :
+       {std::tuple{1000, 3.0, 6}, {4000, 3.0, 6}, {4000, 10.0, 30}}) {
+    const auto of = called(n, 1, noise);
+    std::printf("  %d records, noise of %g steps: %d of 300 bounded (bound %d), %d grow\n", n,
+                noise, of[0], bound, of[1]);
+    EXPECT_LE(of[0], bound);
+  }
+  EXPECT_EQ(called(1000, 0, 1)[0], 300);
+  EXPECT_EQ(called(1000, 1, 0)[1], 300);
 }
 
 /// As of rounded digits: the increments of single records hide it, their means do not.
