@@ -109,13 +109,15 @@ class Environment::Turn final : public BatchRun {
       parameters[size_t(e.driven_[i])] = e.actions_[at * e.driven_.size() + i];
   }
   void end(const phs::State& last, integrators::Outcome outcome) override {
-    bool finite = outcome == integrators::Outcome::ok;
-    for (const double x : last.x) finite &= std::isfinite(x);
-    e_.failed_[at_] = !finite;
-    if (finite) e_.states_[at_] = last;
+    using integrators::Outcome;
+    const bool finite = std::ranges::all_of(last.x, [](double x) { return std::isfinite(x); });
+    if (outcome == Outcome::ok && !finite) outcome = Outcome::not_finite;
+    e_.outcomes_[at_] = outcome;
+    e_.failed_[at_] = outcome != Outcome::ok;
+    if (!e_.failed_[at_]) e_.states_[at_] = last;
     const auto& own = e_.given_[size_t(e_.cases_[at_])].ended;
     const auto& ended = own ? own : e_.o_.ended;
-    e_.terminated_[at_] = !finite || (ended && ended(e_.states_[at_].x));
+    e_.terminated_[at_] = e_.failed_[at_] || (ended && ended(e_.states_[at_].x));
   }
 
  private:
@@ -162,9 +164,6 @@ Environment::Environment(std::vector<EnvironmentCase> cases, EnvironmentOptions 
   actions_.resize(n * driven_.size());
   energies_.resize(n);
   observations_.resize(n * size_t(observation_size()));
-  terminated_.resize(n);
-  truncated_.resize(n);
-  failed_.resize(n);
   lengths_.resize(n);
   episodes_.assign(n, -1);
   reset(o_.seed);
@@ -267,8 +266,8 @@ void Environment::reset(std::optional<std::uint64_t> seed) {
   final_ = before_ = observations_;
   final_energies_ = energies_before_ = energies_;
   final_cases_ = cases_;
-  for (auto* flags : {&terminated_, &truncated_, &failed_})
-    std::fill(flags->begin(), flags->end(), 0);
+  for (auto* flags : {&terminated_, &truncated_, &failed_}) flags->assign(states_.size(), 0);
+  outcomes_.assign(states_.size(), integrators::Outcome::ok);
 }
 
 void Environment::reset(std::span<const std::uint64_t> seeds) {

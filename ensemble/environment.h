@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ensemble/random.h"
+#include "integrators/core/integrator.h"
 #include "phs/system/state.h"
 #include "phs/system/system.h"
 
@@ -97,6 +98,8 @@ class Environment {
   std::span<const std::uint8_t> terminated() const { return terminated_; }
   std::span<const std::uint8_t> truncated() const { return truncated_; }
   std::span<const std::uint8_t> failed() const { return failed_; }
+  /// How the method ended the last step; ok also where end() says that it failed.
+  std::span<const integrators::Outcome> outcomes() const { return outcomes_; }
   /// H of each environment [J], and H at final_observations().
   std::span<const double> energies() const { return energies_; }
   std::span<const double> final_energies() const { return final_energies_; }
@@ -143,6 +146,7 @@ class Environment {
   std::vector<double> actions_, observations_, final_, energies_, final_energies_;
   std::vector<double> before_, energies_before_;  ///< of the last step
   std::vector<std::uint8_t> terminated_, truncated_, failed_;
+  std::vector<integrators::Outcome> outcomes_;
   std::vector<std::int64_t> lengths_, episodes_;
 };
 

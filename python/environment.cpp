@@ -220,6 +220,15 @@ the one it begins as; what each environment has now stands in `cases`.)")
       .def_property_readonly(
           "failed", [](py::object self) { return flags(self, of(self).failed()); },
           "Where the method failed.")
+      .def_property_readonly(
+          "outcomes",
+          [](const Environment& e) {
+            std::vector<std::string> said;
+            for (const auto o : e.outcomes())
+              said.push_back(o == integrators::Outcome::ok ? "" : to_string(o));
+            return said;
+          },
+          "Why the method failed in the last step; '' where it did not.")
       .def_property_readonly("energies", each(&Environment::energies), "H of each environment [J].")
       .def_property_readonly("final_energies", each(&Environment::final_energies),
                              "H of each environment at its final_observations [J].")

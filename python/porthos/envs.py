@@ -105,7 +105,8 @@ class VectorEnv(_VectorBase):
     what is beyond is cut off. limit: a number, one for each port, or by their names, {"elbow.torque": 3}. Joint limits of the model file do not act without elements of type "limits". reward(observations, actions) -> (n,); both may not be written.
     terminated(observations, actions) -> (n,) of bool, also called once in a step: which episodes end at what reward sees.
     A copy whose method fails, whose observation is not finite in dtype, or whose reward is not at an observation beyond 1e9, ends as
-    terminated with info["failed"]; it observed last what it did before the step.
+    terminated with info["failed"]; it observed last what it did before the step. info["failure"] says why and when in the episode:
+    a sentence of each copy, "" where it did not fail.
     An episode that ends begins anew in the same step: its last observation is then in info["final_obs"], by info["_final_obs"].
     mechanism: the one in the model, whose state comes first, where the model does not name it (from_scene does).
     scene: a scene file of the same mechanism, by which render() draws (from_scene gives it). render_mode: "rgb_array" or None.
@@ -241,15 +242,23 @@ class VectorEnv(_VectorBase):
     def _rewards(self, last: np.ndarray, u: np.ndarray) -> np.ndarray:
         return of_each("reward", self._reward(read_only(last), read_only(u)), self.num_envs).astype(np.float64)
 
-    def _judged(self, u: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What was observed last, and the rewards. Ends the episodes that have blown up and those that `terminated` names."""
-        last = self._last(steps)
+    def _fail(self, wrong: np.ndarray, whys: list[str], why: Callable[[int], str]) -> None:
+        self._batch.end(wrong, failed=True)
+        for i in np.flatnonzero(wrong):
+            whys[i] = whys[i] or why(i)
+
+    def _judged(self, u: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
+        """What was observed last, the rewards, and why copies failed. Ends the episodes that have blown up and those that `terminated` names."""
+        last, whys = self._last(steps), self._batch.outcomes
         if (wrong := ~np.isfinite(last).all(axis=1)).any():
-            self._batch.end(wrong, failed=True)
+            seen = last
+            self._fail(wrong, whys, lambda i: f"'{self.names[int(np.argmin(np.isfinite(seen[i])))]}' is not finite in {self._dtype}")
             last = self._last(steps)
         rewards = self._rewards(last, u)
         if (wrong := ~np.isfinite(rewards) & (np.abs(last) > 1e9).any(axis=1)).any():
-            self._batch.end(wrong, failed=True)
+            far, gave, names = np.abs(last).argmax(axis=1), rewards, self.names
+            seen = last
+            self._fail(wrong, whys, lambda i: f"the reward is {gave[i]} where '{names[far[i]]}' is {seen[i, far[i]]:.3g}")
             last = self._last(steps)
             rewards = self._rewards(last, u)
         if (wrong := ~np.isfinite(rewards) & ~self._batch.failed).any():
@@ -260,7 +269,7 @@ class VectorEnv(_VectorBase):
             if over.dtype != bool:
                 raise InvalidArgument(f"terminated gave {over.dtype}, expected True or False of each environment")
             self._batch.end(over)
-        return last, rewards
+        return last, rewards, whys
 
     def reset(self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None):
         """(observations, info): the first episode of the seed, of one for each environment, or the next."""
@@ -282,14 +291,16 @@ class VectorEnv(_VectorBase):
         u = np.ascontiguousarray(np.clip(given, -self._limit, self._limit))
         steps = self._batch.lengths + 1
         self._batch.step(u)
-        last, rewards = self._judged(u, steps)
+        last, rewards, whys = self._judged(u, steps)
         observations, info = last, {}
         terminated, truncated, failed = (flags.copy() for flags in (self._batch.terminated, self._batch.truncated, self._batch.failed))
         if (ended := terminated | truncated).any():
             observations = self._seen(self._batch.observations, self._batch.cases, self._batch.lengths)
             info = {"final_obs": last, "_final_obs": ended}
         if failed.any():
-            info["failed"] = failed
+            end = steps * self._batch.interval
+            told = [why and f"the step from {t - self._batch.interval:.6g} s to {t:.6g} s of the episode: {why}" for why, t in zip(whys, end)]
+            info["failed"], info["failure"] = failed, np.array(told, dtype=object)
         return observations, rewards, terminated, truncated, info
 
     def render(self) -> tuple[np.ndarray, ...]:
@@ -356,7 +367,7 @@ class Env(_EnvBase):
         observations, rewards, terminated, truncated, info = self._vector.step(np.asarray(action)[None])
         self._ended = bool(terminated[0] or truncated[0])
         self._end = self.batch.final_observations[0].copy() if self._ended else None
-        return info.get("final_obs", observations)[0], float(rewards[0]), bool(terminated[0]), bool(truncated[0]), {"failed": True} if "failed" in info else {}
+        return info.get("final_obs", observations)[0], float(rewards[0]), bool(terminated[0]), bool(truncated[0]), {"failed": True, "failure": info["failure"][0]} if "failed" in info else {}
 
     @property
     def batch(self) -> Environment:

@@ -152,11 +152,17 @@ TEST(Environment, AFailureBeginsTheNextEpisode) {
   std::vector<double> u(size_t(env.count() * env.action_size()), 0.1);
   u[size_t(env.action_size())] = 1e12;
   env.step(u);
-  for (size_t i = 0; i < 3; ++i) EXPECT_EQ(env.failed()[i], i == 1);
+  using integrators::Outcome;
+  for (size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(env.failed()[i], i == 1);
+    EXPECT_EQ(env.outcomes()[i], i == 1 ? Outcome::not_converged : Outcome::ok);
+  }
   EXPECT_EQ(env.terminated()[1], 1);
   EXPECT_TRUE(env.state(1).x == robot.start.x);
   EXPECT_FALSE(env.state(0).x == robot.start.x);
   EXPECT_TRUE(env.state(0) == env.state(2)) << "a neighbour's failure changes nothing";
+  env.reset(1);
+  EXPECT_EQ(env.outcomes()[1], Outcome::ok);
 }
 
 TEST(Environment, ACallerEndsEpisodes) {
@@ -211,6 +217,7 @@ TEST(Environment, AStateThatIsNotFiniteIsNotKept) {
   Environment env(mass(), {0.5, 0}, {.method = "rk4", .step = 1e3});
   for (int k = 0; k < 100 && !env.failed()[0]; ++k) env.step(std::vector{0.0});
   EXPECT_EQ(env.failed()[0], 1) << "control: it overflows";
+  EXPECT_EQ(env.outcomes()[0], integrators::Outcome::not_finite);
   EXPECT_GT(std::fabs(env.final_observations()[0]), 1e200);
   EXPECT_TRUE(std::isfinite(env.final_observations()[0]));
 }

@@ -38,6 +38,9 @@ def test_a_state_that_blows_up_ends_its_copy_alone(source, tmp_path, dtype, squa
     assert terminated.tolist() == info["failed"].tolist() == [False, True, False] and not truncated.any() and step > 0
     assert largest > 1e3 and np.array_equal(info["final_obs"][1], before[1]) and np.array_equal(e.energies[1], energy[1])
     assert np.abs(obs[1]).max() == 0 and e.batch.lengths.tolist() == [step + 1, 0, step + 1]
+    first, why, third = info["failure"]
+    assert first == third == "" and len(why) <= 220 and why.startswith(f"the step from {0.01 * step:.6g} s to {0.01 * (step + 1):.6g} s of the episode: ")
+    assert "take a smaller step" in why or dtype == np.float32 and "' is not finite in float32" in why
     assert e.step(0 * u)[4] == {}  # and goes on
 
 
@@ -48,7 +51,7 @@ def test_one_that_blows_up(source, tmp_path):
     while not over:
         before = obs
         obs, reward, over, _, info = e.step(np.ones(1))
-    assert info == {"failed": True} and np.array_equal(obs, before) and np.isfinite(reward)
+    assert info == {"failed": True, "failure": info["failure"]} and "s of the episode: " in info["failure"] and np.array_equal(obs, before) and np.isfinite(reward)
 
 
 @pytest.mark.parametrize("dtype, fails", [(np.float32, True), (np.float64, False)])
@@ -59,6 +62,7 @@ def test_a_reward_that_overflows_far_away_ends_the_copy(source, tmp_path, dtype,
         warnings.simplefilter("ignore")
         *_, terminated, _, info = e.step(np.zeros((3, 1)))
     assert terminated.all() == fails and ("failed" in info) == fails  # float64 holds the square: control
+    assert not fails or all("s of the episode: the reward is -inf where 'rate of " in why for why in info["failure"])
 
 
 def test_a_reward_that_is_wrong_at_an_ordinary_observation_is_refused(source, tmp_path):

@@ -1501,6 +1501,10 @@ class Environment:
         """Where the method failed."""
         ...
     @property
+    def outcomes(self) -> list[str]:
+        """Why the method failed in the last step; '' where it did not."""
+        ...
+    @property
     def energies(self) -> NDArray[numpy.float64]:
         """H of each environment [J]."""
         ...
