@@ -44,6 +44,9 @@ class MatchedLoop : public ClosedLoopFor<MatchedLoop> {
 
   const phs::Description& description() const override { return description_; }
   std::vector<std::string> gain_names() const override;
+  std::string hindrance(std::span<const double> x) const override {
+    return shaping_->hindrance(x.first(size_t(shaping_->size())));
+  }
   const Shaping& shaping() const { return *shaping_; }
   const MatchingOptions& options() const { return options_; }
 

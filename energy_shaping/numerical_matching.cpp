@@ -66,7 +66,16 @@ struct FourierDesign {
   size_t r, s;
   double rho, ku, kv, rest_r, rest_s;
   Chebyshev rr, rs, ss, constant, cosine, sine;
+  std::string coordinate;  ///< r's name
 
+  /// The polynomials grow without bound outside their interval.
+  std::string hindrance(std::span<const double> q) const {
+    if (std::fabs(q[r] - rest_r) <= rr.w) return {};
+    return fmt::format(
+        "'{}' is {:.4g}, outside {:.4g} to {:.4g}, where numerical_matching made "
+        "'{}': take a larger half_width than {:g}, or a start nearer to rest",
+        coordinate, q[r], rest_r - rr.w, rest_r + rr.w, name, rr.w);
+  }
   std::vector<Gain> gains() const { return {{"ku", ku}, {"kv", kv}}; }
   template <class S, class T>
   void mass(std::span<const S> q, std::span<const T>, std::span<S> Md) const {
@@ -154,7 +163,8 @@ class FourierMatching {
                     .ss = {},
                     .constant = {},
                     .cosine = {},
-                    .sine = {}};
+                    .sine = {},
+                    .coordinate = coordinate_names(plant_)[size_t(o_.unactuated)]};
     target_mass(d);
     target_potential(d);
     return d;

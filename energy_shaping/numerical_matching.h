@@ -19,10 +19,11 @@ namespace porthos::energy_shaping {
 /// MatchedLoop has the interpolation in it.
 struct NumericalMatching {
   std::string name = "numerical matching";
-  std::string actuator;    ///< port of s
-  int unactuated = 1;      ///< r: 0 or 1
-  double ratio = 0;        ///< ρ
-  double half_width = 1;   ///< r in [-half_width, half_width]
+  std::string actuator;  ///< port of s
+  int unactuated = 1;    ///< r: 0 or 1
+  double ratio = 0;      ///< ρ
+  /// r in [-half_width, half_width]; a run that leaves it and fails tells so
+  double half_width = 1;
   double scale = 1;        ///< |λ_r| at rest
   double determinant = 1;  ///< > 0
   double ku = 100, kv = 1;

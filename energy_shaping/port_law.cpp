@@ -39,7 +39,8 @@ std::vector<PortLaw> port_laws(std::shared_ptr<const ClosedLoop> loop, std::vect
                                         loop->description().name, l));
   const auto& plant = loop->plant().description();
   const auto at = loop->actuated();
-  auto laws = port_laws(LoopLaw{std::move(loop), limits}, plant, at);
+  auto laws = port_laws(LoopLaw{loop, limits}, plant, at,
+                        [loop](std::span<const double> x) { return loop->hindrance(x); });
   for (size_t j = 0; j < limits.size(); ++j)
     if (PortLaw* law = law_of(laws, plant, at[j])) law->limit = limits[j];
   return laws;

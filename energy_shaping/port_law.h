@@ -101,10 +101,13 @@ class SharedLaw {
 };
 
 /// The laws of the ports that hold the inputs `actuated` (offsets in the plant's u), in the order
-/// of the ports.
+/// of the ports. hindrance: as phs::Law's.
 template <class Source>
-std::vector<PortLaw> port_laws(Source source, const phs::Description& plant,
-                               const std::vector<int>& actuated) {
+std::vector<PortLaw> port_laws(
+    Source source, const phs::Description& plant, const std::vector<int>& actuated,
+    const std::function<std::string(std::span<const double>)>& hindrance = [](auto) {
+      return std::string();
+    }) {
   const auto shared =
       std::make_shared<const SharedLaw<Source>>(std::move(source), size_t(plant.nu));
   std::vector<PortLaw> laws;
@@ -112,9 +115,9 @@ std::vector<PortLaw> port_laws(Source source, const phs::Description& plant,
     if (std::any_of(actuated.begin(), actuated.end(),
                     [&](int a) { return a >= port.at && a < port.at + port.size; }))
       laws.push_back(
-          {port.name, phs::law([shared, at = size_t(port.at)](auto t, auto x, auto, auto u) {
-             (*shared)(t, x, at, u);
-           })});
+          {port.name, phs::law([shared, at = size_t(port.at)](auto t, auto x, auto,
+                                                              auto u) { (*shared)(t, x, at, u); },
+                               hindrance)});
   return laws;
 }
 

@@ -151,7 +151,9 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
     const double next = law->hamiltonian(s.x);
     if (outcome != integrators::Outcome::ok || !std::isfinite(next)) {
       run.finished = false;
-      run.outcome = integrators::to_string(outcome);
+      const std::string why = loop.hindrance(s.x);
+      run.outcome = why.empty() ? integrators::to_string(outcome)
+                                : fmt::format("at {:.6g} s {}", double(s.step) * o.step, why);
       break;
     }
     run.rise = std::max(run.rise, next - H);

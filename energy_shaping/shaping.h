@@ -56,8 +56,17 @@ class Shaping {
   virtual void damping(std::span<const T> q, std::span<const T> k, std::span<T> Kv) const = 0;
   PORTHOS_FOR_EACH_SCALAR(PORTHOS_SHAPING)
 #undef PORTHOS_SHAPING
+  /// Why the design is not meant for these coordinates, and what to do; empty: it is.
+  virtual std::string hindrance(std::span<const double> q) const {
+    (void)q;
+    return {};
+  }
 };
 
+template <class D>
+concept HasHindrance = requires(const D& d, std::span<const double> q) {
+  d.hindrance(q);
+};
 template <class D>
 concept HasSkew = requires(const D& d, std::span<const double> x, std::span<double> o) {
   d.skew(x, x, x, o);
@@ -83,6 +92,7 @@ concept HasDamping = requires(const D& d, std::span<const double> x, std::span<d
 ///   template <class T> void damping(std::span<const T> q, std::span<const T> k, std::span<T> Kv)
 ///       const;
 ///                                                 default: the gain named "kv" times the identity
+///   std::string hindrance(std::span<const double> q) const;
 /// S is T or a tangent of T: derivatives are exact, in every scalar.
 template <class D>
 class UserShaping final : public Shaping {
@@ -125,6 +135,12 @@ class UserShaping final : public Shaping {
   }
   PORTHOS_FOR_EACH_SCALAR(PORTHOS_SHAPING)
 #undef PORTHOS_SHAPING
+  std::string hindrance(std::span<const double> q) const override {
+    if constexpr (HasHindrance<D>)
+      return design_.hindrance(q);
+    else
+      return {};
+  }
 
  private:
   template <class T>

@@ -21,16 +21,22 @@ class Law {
       const = 0;
   PORTHOS_FOR_EACH_SCALAR(PORTHOS_EVALUATE)
 #undef PORTHOS_EVALUATE
+  /// Why it is not meant for a state, and what to do: it may have ended a run that failed there.
+  /// Empty: it is meant for it.
+  virtual std::string hindrance(std::span<const double> x) const {
+    (void)x;
+    return {};
+  }
 };
 using LawPtr = std::shared_ptr<const Law>;
 
 /// A generic callable as a Law: law([](auto t, auto x, auto y, auto u) { u[0] = -2.0 * x[0] - 0.3 *
-/// y[0]; }).
-template <class F>
-LawPtr law(F f) {
+/// y[0]; }). hindrance: as Law's, a function of x.
+template <class F, class Hindrance>
+LawPtr law(F f, Hindrance hindrance) {
   class Callable final : public Law {
    public:
-    explicit Callable(F f) : f_(std::move(f)) {}
+    Callable(F own, Hindrance told) : f_(std::move(own)), hindrance_(std::move(told)) {}
 #define PORTHOS_EVALUATE(T)                                                               \
   void operator()(const T& t, std::span<const T> x, std::span<const T> y, std::span<T> u) \
       const override {                                                                    \
@@ -38,11 +44,18 @@ LawPtr law(F f) {
   }
     PORTHOS_FOR_EACH_SCALAR(PORTHOS_EVALUATE)
 #undef PORTHOS_EVALUATE
+    std::string hindrance(std::span<const double> x) const override { return hindrance_(x); }
 
    private:
     F f_;
+    Hindrance hindrance_;
   };
-  return std::make_shared<Callable>(std::move(f));
+  return std::make_shared<Callable>(std::move(f), std::move(hindrance));
+}
+/// One that is meant for every state.
+template <class F>
+LawPtr law(F f) {
+  return law(std::move(f), [](std::span<const double>) { return std::string(); });
 }
 
 /// Numbers in the memory of a sampled controller that outputs of a run may show.

@@ -10,6 +10,7 @@
 #include "phs/functions/gate.h"
 #include "phs/linear_algebra/matrix.h"
 #include "phs/network/elements.h"
+#include "phs/system/state.h"
 #include "phs/system/system.h"
 
 /// Systems joined through their power ports. The result is again a port-Hamiltonian system.
@@ -168,6 +169,8 @@ class NetworkModel : public ModelFor<NetworkModel> {
   /// memory tell, a sentence each.
   /// memory: of all holds, in the order of holds()
   std::vector<std::string> stories(std::span<const double> memory, double since) const;
+  /// Why a law is not meant for a state, with the controller's name; empty: all are.
+  std::string hindrance(const State& state) const;
   /// How many gates wait for what they are there for; nothing: there are no gates.
   std::optional<int> waiting(std::span<const double> memory) const;
   /// The Casimirs as text: "spring.elongation - arm.elbow".

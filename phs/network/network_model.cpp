@@ -45,6 +45,16 @@ std::vector<std::string> NetworkModel::stories(std::span<const double> memory, d
   return list;
 }
 
+std::string NetworkModel::hindrance(const State& state) const {
+  const auto x = with_turns(plan_->description, state);
+  for (const auto& c : plan_->controls) {
+    const auto [at, size] = plan_->seen(c);
+    if (const auto why = c.law->hindrance(std::span(x).subspan(at, size)); !why.empty())
+      return "controller '" + c.name + "': " + why;
+  }
+  return {};
+}
+
 std::optional<int> NetworkModel::waiting(std::span<const double> memory) const {
   std::optional<int> count;
   each_gate(*plan_, memory, [&](const Gate& gate, std::span<const double> own) {

@@ -61,6 +61,9 @@ RunReport WatchedRun::report() const {
   if (split_ && split_->ledgers().started()) r.space = split_->ledgers().report();
   r.outcome = outcome_;
   if (outcome_ != Outcome::ok && split_) r.trouble = split_->trouble();
+  if (outcome_ != Outcome::ok && r.trouble.empty())
+    if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&assembly_.internal()))
+      r.trouble = network->hindrance(state_);
   if (remarked(outcome_))
     r.trouble = fmt::format("{} ({})", to_string(outcome_), integrator_->remark());
   r.final_state = state_;

@@ -2,6 +2,7 @@
 #include "energy_shaping/numerical_matching.h"
 
 #include "energy_shaping/certify.h"
+#include "energy_shaping/port_law.h"
 #include "tests/energy_shaping/robots.h"
 
 namespace porthos::energy_shaping::numerical_matching_test {
@@ -211,6 +212,35 @@ TEST(NumericalMatching, APotentialThatIsNotResolvedIsTold) {
   EXPECT_LE(why.size(), 220u);
   EXPECT_EQ(got(0.8, 60), "");
   EXPECT_EQ(got(1, 200), "");
+}
+
+/// A run that fails outside the interval names the coordinate, the interval and the remedy.
+/// Controls: an ordinary start, a run that fails within, and the same angle a turn further.
+TEST(NumericalMatching, TellsWhatLeftItsInterval) {
+  const auto model = two_links();
+  const auto loop = numerical_matching(model, pendubot());
+  const auto run =
+      simulate(*loop, loop->state(Vec{0.1, 0.95}, Vec{0, 0}), {.duration = 10, .step = 0.005});
+  std::printf("  %s\n", run.outcome.c_str());
+  EXPECT_FALSE(run.finished);
+  EXPECT_EQ(run.outcome.find("at 0 s 'elbow' is 0.95, outside -0.8 to 0.8, where "), 0u);
+  EXPECT_NE(run.outcome.find("take a larger half_width than 0.8"), std::string::npos);
+  EXPECT_LE(run.outcome.size(), 220u);
+  EXPECT_TRUE(
+      simulate(*loop, loop->state(Vec{0.1, -0.1}, Vec{0, 0}), {.duration = 0.1, .step = 0.005})
+          .finished);
+  phs::Network n("under its law");
+  n.add("arm", model);
+  control(n, "law", "arm", port_laws(loop));
+  const auto network = n.build();
+  const auto said = [&](double elbow, std::int64_t turns) {
+    phs::State s(network->description(), loop->state(Vec{0.1, elbow}, Vec{0, 0}));
+    s.turns.back() = turns;
+    return network->hindrance(s);
+  };
+  EXPECT_EQ(said(0.1, 0), "");
+  EXPECT_EQ(said(-0.9, 0).find("controller 'law': 'elbow' is -0.9, outside"), 0u);
+  EXPECT_EQ(said(0.1, 1).find("controller 'law': 'elbow' is 6.383, outside"), 0u);
 }
 
 TEST(NumericalMatching, RefusesWithTheReason) {

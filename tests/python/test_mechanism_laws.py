@@ -83,6 +83,8 @@ def test_numerical_matching_of_a_mechanism(pendubot):
     run = ph.simulate(n.build(), loop.state([0.1, -0.1], [0, 0]), step=0.005, duration=30, limits={"balance": 1e-9}, progress=False)
     assert run.passed, run
     assert abs(run.x[-1][:2]).max() < 1e-2 < abs(run.x[0][:2]).max()
+    left = ph.simulate(n.build(), loop.state([0, 0.7], [0, 0]), step=0.005, duration=1, progress=False)
+    assert not left.passed and any("s: controller 'law': 'elbow' is -0." in note and "outside -0.8 to 0.8, where" in note for note in left.notes), left.notes
     refused(lambda: es.numerical_matching(pendubot, **{**keys, "half_width": 2}), "degenerates at r")
     refused(lambda: es.numerical_matching(pendubot, **{**keys, "actuator": "elbow.torque"}), "matching, ")
     turned = es.numerical_matching(pendubot, **keys, rest=[2 * np.pi, 0])
