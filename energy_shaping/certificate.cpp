@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -84,6 +85,14 @@ void Certificate::at_most(const std::string& name, double value, double bound,
        text,
        {},
        std::move(at)});
+}
+
+void Certificate::all_at_most(const std::string& name, double value, double bound,
+                              const std::string& text) {
+  const auto found =
+      std::find_if(items_.begin(), items_.end(), [&](const auto& i) { return i.name == name; });
+  if (found != items_.end() && !(value <= found->value)) items_.erase(found);
+  if (!has(name)) at_most(name, value, bound, text);
 }
 
 void Certificate::at_least(const std::string& name, double value, double bound,

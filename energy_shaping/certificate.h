@@ -36,6 +36,9 @@ class Certificate {
   /// value <= bound.
   void at_most(const std::string& name, double value, double bound, const std::string& text,
                std::vector<double> at = {});
+  /// value <= bound, of all that is checked under this name: the largest value stays, with its
+  /// text.
+  void all_at_most(const std::string& name, double value, double bound, const std::string& text);
   /// value >= bound.
   void at_least(const std::string& name, double value, double bound, const std::string& text,
                 std::vector<double> at = {});

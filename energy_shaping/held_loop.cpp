@@ -134,8 +134,10 @@ void certify_sampled(Certificate& certificate, const HeldLoop& loop, double peri
     const double digit = std::pow(10, std::floor(std::log10(high)) - 2);
     text += fmt::format(", whose torques are held: a rate of {:.6g} Hz would do",
                         std::ceil(high / digit) * digit);
+  } else {
+    text += "; below 1 small motions die out from hold to hold";
   }
-  certificate.at_most("sampled", now, bound, text);
+  certificate.all_at_most("sampled", now, bound, text);
 }
 
 }  // namespace porthos::energy_shaping

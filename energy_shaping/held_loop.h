@@ -43,7 +43,8 @@ HeldLoop held_loop(const phs::Model& plant, const std::vector<PortLaw>& laws,
 /// comes `delay` periods after what it is made from is at most 1, to 1e-6: a motion that grows by
 /// less takes a million periods. z are the eigenvalues of one period, exact for the linear loop
 /// (Åström, Wittenmark 1997, section 3.2); places without stiffness, z = 1, are left out. Where it
-/// fails its text names a rate that would do. For set-up: some ms
+/// fails its text names a rate that would do. Of several calls the largest |z| stays, with its
+/// rate. For set-up: some ms
 void certify_sampled(Certificate& certificate, const HeldLoop& loop, double period, int delay);
 
 }  // namespace porthos::energy_shaping

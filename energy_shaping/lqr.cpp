@@ -194,8 +194,10 @@ void Lqr::report_gains() {
 }
 
 void Lqr::certify_sampled(double period, int delay) {
-  energy_shaping::certify_sampled(certificate_, {A_, B_, K_}, period, delay);
-  refuse_failure(certificate_);
+  Certificate with = certificate_;  // a period that is refused leaves the certificate as it was
+  energy_shaping::certify_sampled(with, {A_, B_, K_}, period, delay);
+  refuse_failure(with);
+  certificate_ = std::move(with);
 }
 
 double Lqr::error(std::span<const double> x, size_t k) const {

@@ -167,8 +167,9 @@ certificate has the poles of the linearised loop. Source: Kalman 1960.)")
            "and a rest that is no equilibrium or that the actuators cannot stabilise.")
       .def_property_readonly("certificate", &es::Lqr::certificate, py::return_value_policy::copy)
       .def("certify_sampled", &es::Lqr::certify_sampled, arg("period"), arg("delay") = 0,
-           "Adds the condition 'sampled': the held linear loop is stable. period [s]. Raises "
-           "InvalidArgument with a rate that would do.")
+           "Adds the condition 'sampled': the held linear loop is stable. period [s]. Of several "
+           "periods the worst stays, its text tells the rate. Raises InvalidArgument with a rate "
+           "that would do.")
       .def_property_readonly(
           "gains", [](const es::Lqr& l) { return array_of(l.gains()); },
           "K, (actuators, 2 nq), on (q - q*, p).")

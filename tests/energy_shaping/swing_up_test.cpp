@@ -262,6 +262,15 @@ TEST(Lqr, CertifiesItsSampledLoop) {
   const double named = std::stod(why.substr(found + 10));
   EXPECT_EQ(words_of([&] { Lqr(slow).certify_sampled(1 / named); }), "");
   EXPECT_NE(words_of([&] { Lqr(slow).certify_sampled(1.02 / named); }), "");
+  // Of several periods the worst stays, in any order; one that is refused does not.
+  const auto told = [&](std::vector<double> rates) {
+    Lqr lqr(slow);
+    for (const double rate : rates) words_of([&] { lqr.certify_sampled(1 / rate); });
+    return lqr.certificate().about(lqr.certificate().item("sampled"));
+  };
+  EXPECT_NE(told({50, 400}).find("rate = 400 Hz"), std::string::npos) << told({50, 400});
+  EXPECT_EQ(told({400, 50, 2}), told({50, 400}));
+  EXPECT_NE(told({50}), told({400})) << "control";
 }
 
 TEST(Lqr, LosesItsCostToGoUpToTheLevelAndNotBeyond) {

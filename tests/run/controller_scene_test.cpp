@@ -259,6 +259,13 @@ TEST(ControllerScene, IdaPbcBringsACartPoleUprightAndTheCartToItsPlace) {
     EXPECT_TRUE(r.passed());
     EXPECT_NEAR(at_end(s, r, "hinge"), std::acos(-1.0), 1e-4) << rate;  // measured 3e-5
     EXPECT_NEAR(at_end(s, r, "slide"), 1, 0.02) << rate;                // 0.01
+    const auto certificate = scene::assemble(s).certificates.at(0);
+    ASSERT_EQ(certificate.has("sampled"), !rate.empty());
+    if (!rate.empty()) {
+      const auto& sampled = certificate.item("sampled");
+      EXPECT_TRUE(sampled.value > 0.9 && sampled.value < 1) << sampled.value;
+      EXPECT_NE(sampled.text.find("below 1 small motions die out"), std::string::npos);
+    }
   }
   const auto refused = [&](const std::string& from, const std::string& to,
                            const std::string& part) {
@@ -273,6 +280,7 @@ TEST(ControllerScene, IdaPbcBringsACartPoleUprightAndTheCartToItsPlace) {
     EXPECT_NE(told.find(part), std::string::npos) << told;
     EXPECT_NE(told.find("scene.toml:"), std::string::npos) << told;
   };
+  refused("gains", "rate = 2.0\ngains", "sampled fails: ");
   refused("\"cart_pole\"", "\"pendubot\"", "design is \"pendubot\", expected");
   refused("\"cart_pole\"", "\"vtol\"", "drives is no key of design = \"vtol\"");
   refused("kv = 3.0", "kv = 3.0, ku = 1.0", "is no gain of design = \"cart_pole\"");

@@ -584,7 +584,7 @@ class Lqr:
     @property
     def certificate(self) -> Certificate: ...
     def certify_sampled(self, period: float, delay: int = 0) -> None:
-        """Adds the condition 'sampled': the held linear loop is stable. period [s]. Raises InvalidArgument with a rate that would do."""
+        """Adds the condition 'sampled': the held linear loop is stable. period [s]. Of several periods the worst stays, its text tells the rate. Raises InvalidArgument with a rate that would do."""
         ...
     @property
     def gains(self) -> Any:

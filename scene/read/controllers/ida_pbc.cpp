@@ -7,6 +7,7 @@
 #include "energy_shaping/design_on_model.h"
 #include "energy_shaping/vtol_on_model.h"
 #include "scene/read/controllers/controller_type.h"
+#include "scene/read/controllers/held_law.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"
 
@@ -104,7 +105,9 @@ ControllerDesign design_ida_pbc(const Controller& c, const ControllerPlant& plan
   for (const auto& [joint, target] : w.rest)
     at.joints.rest[controlled_joint(*plant.model, c, joint).q] = target;
   at.joints.limit = w.limit;
-  return w.design->make(plant.model, at, w.gains);
+  ControllerDesign made = w.design->make(plant.model, at, w.gains);
+  made.remark = certify_held(made.certificate, c, plant, made.laws, at.joints.rest);
+  return made;
 }
 
 /// The joint with the actuator, or the engine.
