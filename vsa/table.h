@@ -35,14 +35,15 @@ struct Measurements {
 
 /// Reads columns "deflection", "torque" and, if present, "sigma" (else 0), "stiffness",
 /// "sigma_effort" of a CSV file (phs/csv_table.h), with columns and rows in any order. SI units.
+/// Other columns are not used; the remark names them.
 /// @param errors  of the torques. If there are any, the places need be no grid, and may be repeated
 ///   (loading and unloading): the curve of each σ is smoothed through its own places and taken at
 ///   evenly spaced deflections, at most 200. Places nearer than half of that spacing are one, with
 ///   the means of their numbers. Where a setting of σ has fewer than four places, as one that is
 ///   measured and jitters, settings that follow each other by less than 1/50 of their range are
 ///   one
-/// @throws InvalidArgument "file:line: ..." for a missing column or number, and without smoothing
-///   for a duplicate grid point or a hole in the grid
+/// @throws InvalidArgument "file:line: ..." for a missing column or number, a column that may be a
+///   misspelt one, and without smoothing for a duplicate grid point or a hole in the grid
 Measurements read_measurements(const std::string& csv_file, const TorqueErrors& errors = {});
 /// The same from a text; `path` replaces the file name in messages.
 Measurements parse_measurements(const std::string& text, const std::string& path,

@@ -12,6 +12,7 @@
 #include "phs/error.h"
 #include "phs/functions/smoothing.h"
 #include "phs/functions/spline.h"
+#include "phs/nearest.h"
 #include "vsa/detail/table_remark.h"
 #include "vsa/table.h"
 
@@ -140,6 +141,27 @@ Measurements gridded(const Rows& rows, const TorqueErrors& errors, const std::st
   return m;
 }
 
+/// The columns that mean nothing here, as the time of a measurement; empty: none.
+/// @throws InvalidArgument for one that may be a column's misspelt name
+std::string ignored_columns(const CsvTable& table) {
+  std::string list;
+  for (const auto& name : table.names()) {
+    if (std::ranges::find(names, name) != names.end()) continue;
+    const auto meant = near_enough(name, Names(names.begin(), names.end()));
+    if (!meant.empty() && !table.has(std::string(meant)))
+      throw InvalidArgument(fmt::format("{}: unknown column '{}', expected {}, perhaps '{}'",
+                                        table.header(), name, fmt::join(names, ", "), meant));
+    list += fmt::format("{}'{}'", list.empty() ? "" : ", ", name);
+  }
+  return list;
+}
+std::string with_ignored(const std::string& remark, const std::string& ignored,
+                         const std::string& path) {
+  if (ignored.empty()) return remark;
+  return fmt::format("{}{}{}: not used: the columns {}", remark, remark.empty() ? "" : "; ", path,
+                     ignored);
+}
+
 }  // namespace
 
 Measurements read_measurements(const std::string& path, const TorqueErrors& errors) {
@@ -152,10 +174,7 @@ Measurements read_measurements(const std::string& path, const TorqueErrors& erro
 Measurements parse_measurements(const std::string& text, const std::string& path,
                                 const TorqueErrors& errors) {
   const CsvTable table(path, text);
-  for (const auto& name : table.names())
-    if (std::find(names.begin(), names.end(), name) == names.end())
-      throw InvalidArgument(fmt::format("{}: unknown column '{}', expected {}", table.header(),
-                                        name, fmt::join(names, ", ")));
+  const std::string ignored = ignored_columns(table);
   std::array<std::vector<double>, 5> columns;
   std::array<bool, 5> there{};
   for (size_t k = 0; k < names.size(); ++k) {
@@ -165,8 +184,9 @@ Measurements parse_measurements(const std::string& text, const std::string& path
     else if (names[k] == "sigma")
       columns[k].assign(table.rows(), 0.0);
     else if (k < 3)
-      throw InvalidArgument(fmt::format("{}: no column '{}', expected {}", table.header(), names[k],
-                                        fmt::join(names, ", ")));
+      throw InvalidArgument(fmt::format("{}: no column '{}', expected {}{}", table.header(),
+                                        names[k], fmt::join(names, ", "),
+                                        ignored.empty() ? "" : "; it has " + ignored));
   }
   Rows rows;
   for (size_t i = 0; i < table.rows(); ++i) {
@@ -192,7 +212,7 @@ Measurements parse_measurements(const std::string& text, const std::string& path
       m->scatter = std::max(m->scatter, phs::scatter(c.x, c.y));
       m->with_loop = std::max(m->with_loop, scatter_with_loop(c));
     }
-    m->remark = remark_on(*m, curves, errors, path);
+    m->remark = with_ignored(remark_on(*m, curves, errors, path), ignored, path);
     return *m;
   }
   if (!errors.any() || rows.empty())
@@ -205,7 +225,9 @@ Measurements parse_measurements(const std::string& text, const std::string& path
         fmt::format("{}: places that are no grid come with a column '{}', expected deflection, "
                     "sigma and torque alone",
                     path, there[3] ? names[3] : names[4]));
-  return gridded(rows, errors, path);
+  auto m = gridded(rows, errors, path);
+  m.remark = with_ignored(m.remark, ignored, path);
+  return m;
 }
 
 }  // namespace porthos::vsa

@@ -219,6 +219,25 @@ TEST(Table, SmoothingTakesOutNoise) {
   }
 }
 
+/// The time of a measurement and words beside it. Controls: the same without; a misspelt column.
+TEST(Table, ColumnsThatMeanNothingAreNamed) {
+  const auto read = [](const std::string& head, const std::string& more, double smoothing) {
+    std::string text = "deflection,torque" + head + "\n";
+    for (int i = -4; i <= 4; ++i) text += fmt::format("{},{}{}\n", 0.1 * i, 0.2 * i, more);
+    return vsa::parse_measurements(text, "spring.csv", smoothing);
+  };
+  const auto plain = read("", "", 0), timed = read(",time,who", ",12:30,me", 0);
+  EXPECT_EQ(timed.torque, plain.torque);
+  EXPECT_EQ(plain.remark, "");
+  EXPECT_EQ(timed.remark, "spring.csv: not used: the columns 'time', 'who'");
+  const auto smooth = read(",time", ",1", 0.5);
+  EXPECT_NE(smooth.remark.find("flattened; spring.csv: not used: the columns 'time'"),
+            std::string::npos)
+      << smooth.remark;
+  EXPECT_NE(refusal([&] { read(",stifness", ",2", 0); }).find("perhaps 'stiffness'"),
+            std::string::npos);
+}
+
 TEST(Table, FromAFile) {
   const std::string path = ::testing::TempDir() + "porthos_vsa_table.csv";
   const auto write = [&](const std::string& text) { std::ofstream(path) << text; };
@@ -234,7 +253,10 @@ TEST(Table, FromAFile) {
   EXPECT_NEAR(vsa::tabulated(vsa::read_measurements(path))->stiffness(0.3, 0, 0), 2.5, 1e-14);
   const std::pair<const char*, const char*> bad[] = {
       {"sigma;deflection;torque\n0;0;1.000,5\n", ":2: 'torque' is '1.000,5'"},
-      {"sigma,angle,torque\n", ":1: unknown column 'angle', expected deflection, sigma, torque"},
+      {"sigma,angle,torque\n",
+       ":1: no column 'deflection', expected deflection, sigma, torque, "
+       "stiffness, sigma_effort; it has 'angle'"},
+      {"sigm,deflection,torque\n", ":1: unknown column 'sigm', expected "},
       {"sigma,deflection\n", ":1: no column 'torque'"},
       {"sigma,deflection,torque\n0,0\n", ":2: the row has 2 numbers, expected 3"},
       {"sigma,deflection,torque\n0,0,x\n", ":2: 'torque' is 'x', expected a finite number"},
