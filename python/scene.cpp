@@ -290,7 +290,8 @@ void bind_scene(py::module_& m) {
   m.def(
       "error_statistics", &statistics_of, arg("errors"), py::kw_only(), arg("scale") = 1.0,
       "Growth and drift of a series of errors at equal intervals of time, as runs are judged: "
-      "max_abs, rms, change, growth_exponent (0 bounded, 0.5 random walk, 1 drift or faster; nan "
+      "max_abs, rms, change, growth_exponent (0 bounded or constant, 0.5 random walk, 1 drift or "
+      "faster; nan "
       "where a level of increments is missing, as for less than 32 records, or swings are too "
       "few), drift_is_significant (beyond five standard errors of a random walk), swing_growth "
       "(how many times larger the scatter is in the last part than in the first, if it rises from "

@@ -56,8 +56,14 @@ def _judge_file(file: Path, model: PathLike, map: PathLike | None, out: Path) ->
 
 def _write_csv(file: Path, columns: Mapping[str, Any]) -> None:
     values = {name: np.asarray(column, dtype=float) for name, column in columns.items()}
-    if len({column.shape[:1] for column in values.values()}) != 1 or any(column.ndim not in (1, 2) for column in values.values()):
-        raise InvalidArgument(f"the columns have the shapes {[c.shape for c in values.values()]}, expected (k,) or (k, n) with one k")
+    if not values:
+        raise InvalidArgument("there are no columns, expected 'time' and those of the joints")
+    lengths = [c.shape[0] for c in values.values() if c.ndim]
+    clock = values.get("time", values.get("t"))  # of other names: as many rows as most columns
+    k = len(clock) if clock is not None and clock.ndim else max(lengths, key=lengths.count, default=1)
+    for name, column in values.items():
+        if column.ndim not in (1, 2) or len(column) != k:
+            raise InvalidArgument(f"the column '{name}' has the shape {column.shape}, expected ({k},) or ({k}, n): a row for each time")
     names = [name if column.ndim == 1 else f"{name}[{i}]" for name, column in values.items() for i in range(column[0].size if len(column) else 1)]
     rows = np.column_stack(list(values.values()))
     file.parent.mkdir(parents=True, exist_ok=True)

@@ -240,6 +240,8 @@ def test_statistics_of_errors(pendulum):
     assert 0.4 < a["growth_exponent"] < 0.6 and not a["drift_is_significant"]
     assert b["words"].startswith("drifts, like t or faster") and "per record" in b["words"]
     assert b["growth_exponent"] > 0.75 and b["drift_is_significant"] and b["max_abs"] == np.abs(drift).max()
+    still = ph.error_statistics(np.full(100, 3e-9))
+    assert still["growth_exponent"] == 0 and still["words"].startswith("stays bounded") and not still["drift_is_significant"]
     refused(lambda: ph.error_statistics([0.0, np.nan]), "not finite")
 
 

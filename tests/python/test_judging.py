@@ -54,8 +54,12 @@ def test_refusals(tmp_path):
     model.write_text(URDF)
     odd = turning(1)
     odd["axle"] = odd["axle"][1:]
-    refused(lambda: ph.judge(odd, model, out=tmp_path / "odd"),
-            "the columns have the shapes [(201,), (200,), (201,)], expected (k,) or (k, n) with one k")
+    refused(lambda: ph.judge(odd, model, out=tmp_path / "odd"), "the column 'axle' has the shape (200,), expected (201,) or (201, n)")
+    odd = {("clock" if name == "time" else name): column for name, column in odd.items()}  # as most columns
+    refused(lambda: ph.judge(odd, model, out=tmp_path / "odd"), "the column 'axle' has the shape (200,)")
+    for wrong in (0.5, np.zeros((201, 1, 1))):
+        refused(lambda: ph.judge({**turning(1), "axle": wrong}, model, out=tmp_path / "odd"), f"the column 'axle' has the shape {np.shape(wrong)}")
+    refused(lambda: ph.judge({}, model, out=tmp_path / "odd"), "there are no columns")
     missing = turning(1)
     del missing["axle"]
     refused(lambda: ph.judge(missing, model, out=tmp_path / "missing"), "axle")

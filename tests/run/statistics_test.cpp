@@ -300,11 +300,19 @@ TEST(Statistics, FewRecordsHaveNoExponentAndNoDrift) {
   EXPECT_EQ(ErrorStatistics().rms(), 0);
 }
 
-TEST(Statistics, ZeroErrorHasNoExponentAndNoDrift) {
-  ErrorStatistics s;
-  for (int i = 0; i < 1000; ++i) s.add(0);
-  EXPECT_TRUE(std::isnan(s.growth_exponent()));
-  EXPECT_FALSE(s.drift_is_significant());
+TEST(Statistics, AConstantErrorIsBounded) {
+  for (const double error : {0.0, 3e-9})
+    for (const int n : {2, 20, 1000}) {
+      ErrorStatistics s;
+      for (int i = 0; i < n; ++i) s.add(error);
+      EXPECT_EQ(s.growth_exponent(), 0) << error << ", " << n;
+      EXPECT_FALSE(s.drift_is_significant());
+    }
+  ErrorStatistics one, other;
+  one.add(3e-9);
+  for (int i = 0; i < 20; ++i) other.add(i == 7 ? 3.1e-9 : 3e-9);
+  EXPECT_TRUE(std::isnan(one.growth_exponent())) << "a single record tells nothing";
+  EXPECT_TRUE(std::isnan(other.growth_exponent())) << "control: nor do 20 that differ";
 }
 
 TEST(Statistics, ALastRecordAtAnotherDistanceIsNoIncrement) {

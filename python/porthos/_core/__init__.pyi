@@ -1874,7 +1874,7 @@ def compare_methods(scene: SceneData, assembly: Assembly, methods: list[str], bu
     ...
 
 def error_statistics(errors: list[float]) -> dict:
-    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0 bounded, 0.5 random walk, 1 drift or faster; nan where a level of increments is missing, as for less than 32 records, or swings are too few), drift_is_significant (beyond five standard errors of a random walk), swing_growth (how many times larger the scatter is in the last part than in the first, if it rises from part to part, else 1) and words (what follows "the error" in the verdict of a run, the errors taken as relative ones, a drift per record)."""
+    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0 bounded or constant, 0.5 random walk, 1 drift or faster; nan where a level of increments is missing, as for less than 32 records, or swings are too few), drift_is_significant (beyond five standard errors of a random walk), swing_growth (how many times larger the scatter is in the last part than in the first, if it rises from part to part, else 1) and words (what follows "the error" in the verdict of a run, the errors taken as relative ones, a drift per record)."""
     ...
 
 def moved_in(folder: os.PathLike) -> tuple:
