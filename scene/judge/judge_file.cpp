@@ -242,6 +242,7 @@ RunReport judge_file(const JudgeOptions& o) {
   integrators::Declaration method;
   method.name = scene.method;
   judge(r, scene, method, meter);
+  note_one_row(r, rows, errors);
   judge_works(r, trajectory, map.torque_between, {rows, own.net(), errors});
   if (centre_out) {
     check_centre(r, scene, course.error());

@@ -65,7 +65,6 @@ void note_holes(RunReport& r, const Rows& rows) {
 }  // namespace
 
 Rows::Rows(const Numbers& times) : t(times), step(middle_step(times)) {
-  size_t others = 0;
   for (size_t i = 1; i < t.size(); ++i) others += !(std::fabs(interval(i) - step) < 1e-6 * step);
   equal = others == 0;
   mostly_equal = 2 * others <= t.size();
@@ -96,20 +95,49 @@ void tell_of_rows(RunReport& r, const Rows& rows, const Numbers& errors) {
   e.growth_exponent = s.growth_exponent();
   e.drift_is_significant = s.drift_is_significant();
   e.swing_growth = s.swing_growth();
-  if (s.count() > 0) {
-    if (piece < whole)
-      r.notes.push_back(fmt::format("how the error grows is told of rows {}-{}", from + 1, to + 1));
-    return;
-  }
   double shortest = rows.interval(1), longest = shortest;
   for (size_t i = 2; i < rows.t.size(); ++i) {
     shortest = std::min(shortest, rows.interval(i));
     longest = std::max(longest, rows.interval(i));
   }
+  if (s.count() > 0) {
+    if (piece < whole)
+      r.notes.push_back(fmt::format("how the error grows is told of rows {}-{}", from + 1, to + 1));
+    if (rows.others > 1)
+      r.notes.push_back(
+          fmt::format("{} of {} rows follow at other intervals ({:.3g} to {:.3g} s): how the error "
+                      "grows is told "
+                      "as if rows were {:.3g} s apart, on lines where they are missing",
+                      rows.others, rows.t.size(), shortest, longest, rows.step));
+    return;
+  }
   r.notes.push_back(
       fmt::format("{} ({:.3g} to {:.3g} s), which do not tell how the error grows: "
                   "expected rows that are written at equal intervals",
                   unequal_rows, shortest, longest));
+}
+
+void note_one_row(RunReport& r, const Rows& rows, const Numbers& errors) {
+  constexpr double beside = 0.1;
+  const auto energy = std::ranges::find(r.checks, "energy", &Check::name);
+  if (energy == r.checks.end() || energy->pass || errors.size() < 8) return;
+  Numbers sorted = errors;  // the first row, which errors count from, may be the wrong one
+  const auto middle = sorted.begin() + long(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  size_t worst = 0;
+  double most = 0, next = 0;
+  for (size_t i = 0; i < errors.size(); ++i) {
+    const double off = std::fabs(errors[i] - *middle);
+    next = std::max(next, std::min(off, most));
+    if (off > most) worst = i;
+    most = std::max(most, off);
+  }
+  if (next < beside * most)
+    r.notes.push_back(
+        fmt::format("row {} at {:.6g} s alone is far off: its energy by {:.2g} J, that of all "
+                    "others by at most "
+                    "{:.2g} J",
+                    worst + 1, rows.t[worst], most, next));
 }
 
 }  // namespace porthos::scene

@@ -23,8 +23,8 @@ class ErrorStatistics {
   double rms() const;
   double change() const { return end_ - start_; }  ///< last - first
 
-  /// 0 bounded, as a constant is, ½ a random walk, 1 a drift, more if faster. By how the scatter grows with the
-  /// length where the series settles, recurs or explodes (Course): increments tell of swings only
+  /// 0 bounded or constant, ½ a random walk, 1 a drift, more if faster. By how the scatter grows
+  /// with the length where the series settles, recurs or explodes (Course): increments tell of swings only
   /// where they are longer than these. Else the least-squares slope of log sqrt(S_j) against log
   /// 2^j over the levels of at least 8 increments, less those within a swing. NaN for fewer than 3
   /// such levels; for a slope above 0.75 of an error that comes back: less than half of its

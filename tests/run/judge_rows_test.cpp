@@ -32,15 +32,17 @@ class JudgeRows : public ::testing::Test {
                                             rotor("a", 0.7) + rotor("b", 0.2) + "</robot>");
   }
   /// They turn steadily; the rate of the first swings by a part in a million.
-  /// @param kept  whether a row is written
+  /// @param kept   whether a row is written
+  /// @param spike  number of the row, from 1, whose rate is half as large again
   scene::RunReport judged(int n, const std::function<bool(int)>& kept, double h = 0.1,
-                          double rate = 2, double of_rates = 1) {
+                          double rate = 2, double of_rates = 1, int spike = 0) {
     std::string text = "t,a,b,v.a,v.b\n";
     for (int i = 0; i < n; ++i) {
       const double t = h * i;
       if (kept(i))
-        text += fmt::format("{:.6f},{:.12g},{:.12g},{:.12g},1\n", t, rate * t, t,
-                            of_rates * rate * (1 + 1e-6 * std::sin(5 * t)));
+        text += fmt::format(
+            "{:.6f},{:.12g},{:.12g},{:.12g},1\n", t, rate * t, t,
+            (i + 1 == spike ? 1.5 : 1) * of_rates * rate * (1 + 1e-6 * std::sin(5 * t)));
     }
     write_bytes(folder_ / "run.csv", text);
     write_bytes(folder_ / "map.toml", "[model]\nbase = \"fixed\"\n[verify]\nenergy = 1e-4\n");
@@ -107,10 +109,30 @@ TEST_F(JudgeRows, RowsDroppedAtRandomAreToldOnce) {
   const auto few = dropped(0.05), half = dropped(0.5);
   EXPECT_TRUE(notes_say(few, "holes more, the others 0.1 s"));
   EXPECT_FALSE(notes_say(few, scene::unequal_rows));
+  EXPECT_TRUE(notes_say(few, "rows follow at other intervals (0.1 to 0."));
+  EXPECT_TRUE(notes_say(few, "as if rows were 0.1 s apart"));
   EXPECT_TRUE(bounded(few)) << scene::growth_words(few);
   EXPECT_TRUE(notes_say(half, scene::unequal_rows));
   EXPECT_EQ(scene::growth_words(half), unequal);
   for (const auto& r : {few, half}) EXPECT_TRUE(r.passed());
+  const auto one = judged(2000, [](int i) { return i != 700; });
+  EXPECT_FALSE(notes_say(one, "follow at other intervals")) << "its hole is told";
+}
+
+TEST_F(JudgeRows, OneWrongRowIsToldByNumberAndTime) {
+  const auto all = [](int) { return true; };
+  for (const int spike : {1, 58, 200}) {
+    const auto r = judged(200, all, 0.1, 2, 1, spike);
+    EXPECT_FALSE(r.passed());
+    const auto part = fmt::format("row {} at {:.6g} s alone is far off: its energy by 1.", spike,
+                                  0.1 * (spike - 1));
+    EXPECT_TRUE(notes_say(r, part)) << part;
+  }
+  EXPECT_FALSE(notes_say(judged(200, all), "alone is far off")) << "control";
+  EXPECT_FALSE(notes_say(judged(
+                             12, [](int i) { return i % 2 == 0; }, 0.1, 2, 1, 3),
+                         "alone is far off"))
+      << "too few rows to tell";
 }
 
 TEST_F(JudgeRows, TooFewRowsAreNotJudged) {

@@ -10,6 +10,10 @@ namespace porthos::scene {
 /// @param errors of the energy, by row [J]
 void tell_of_rows(RunReport& r, const Rows& rows, const Numbers& errors);
 
+/// Notes the row whose energy alone is far off, as of a spike, where the energy fails its limit.
+/// @param errors of the energy, by row [J]
+void note_one_row(RunReport& r, const Rows& rows, const Numbers& errors);
+
 /// Positions must move as their rates say: otherwise energies are those of another motion, as with
 /// times in milliseconds or rates along other axes. The worst coordinate counts, relative to its
 /// way; five times the error of the rule that adds the rates up is no disagreement. Where this is

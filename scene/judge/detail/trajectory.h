@@ -24,6 +24,7 @@ struct Rows {
   const Numbers& t;          ///< [s]
   double step;               ///< the interval; if unequal, that in the middle [s]
   bool equal, mostly_equal;  ///< all intervals, half of them
+  size_t others = 0;         ///< intervals of another length
 
   double interval(size_t i) const { return t[i] - t[i - 1]; }
   /// Whether rows are missing before row i, where most are at equal intervals.
