@@ -24,12 +24,13 @@ class ErrorStatistics {
   double change() const { return end_ - start_; }  ///< last - first
 
   /// 0 bounded or constant, ½ a random walk, 1 a drift, more if faster. By how the scatter grows
-  /// with the length where the series settles, recurs or explodes (Course): increments tell of swings only
-  /// where they are longer than these. Else the least-squares slope of log sqrt(S_j) against log
-  /// 2^j over the levels of at least 8 increments, less those within a swing. NaN for fewer than 3
-  /// such levels; for a slope above 0.75 of an error that comes back: less than half of its
-  /// increments of the last level, had they one sign, are left at the end; and for one below 0.25
-  /// where the scatter grows with the length by an exponent above 0.1, as of a walk under noise.
+  /// with the length where the series settles, recurs or explodes (Course): increments tell of
+  /// swings only where they are longer than these. Else the least-squares slope of log sqrt(S_j)
+  /// against log 2^j over the levels of at least 8 increments, less those within a swing. NaN for
+  /// fewer than 3 such levels; for a slope above 0.75 of an error that comes back: less than half
+  /// of its increments of the last level, had they one sign, are left at the end; and for one below
+  /// 0.25 where the scatter grows with the length by an exponent above 0.1, as of a walk under
+  /// noise.
   double growth_exponent() const;
 
   /// Whether the records, or their means over parts of the series, have gone further than a random
