@@ -13,7 +13,7 @@
 namespace porthos::scene {
 namespace {
 
-constexpr double width = 860, height = 360, top = 74, bottom = 300, panel = 320;
+constexpr double width = 860, next = 430, height = 360, top = 74, bottom = 300, panel = 320;
 constexpr int points = 401;
 
 struct Curve {
@@ -66,12 +66,12 @@ std::string curves_of(const std::string& title, const vsa::Elastic& e,
                       const std::vector<double>& sigmas, double deflection, double theta) {
   std::vector<double> x;
   for (int i = 0; i < points; ++i) x.push_back(deflection * (2.0 * i / (points - 1) - 1));
-  std::vector<Curve> torque, stiffness;
+  std::vector<Curve> torque, stiffness, energy;
   const auto& traits = e.traits();
   const double limit = traits.limits.deflection;
   for (size_t k = 0; k < sigmas.size(); ++k) {
-    Curve t, c;
-    t.colour = c.colour = colour::lines[k % std::size(colour::lines)];
+    Curve t, c, E;
+    t.colour = c.colour = E.colour = colour::lines[k % std::size(colour::lines)];
     for (const double q : x) {
       const auto strains = e.strains(q, theta, sigmas[k]);
       if (std::any_of(strains.begin(), strains.end(),
@@ -81,11 +81,15 @@ std::string curves_of(const std::string& title, const vsa::Elastic& e,
       t.y.push_back(e.slopes(q, theta, sigmas[k]).q);
       c.x.push_back(q);
       c.y.push_back(e.stiffness(q, theta, sigmas[k]));
+      E.x.push_back(q);
+      E.y.push_back(e.energy(q, theta, sigmas[k]));
     }
     torque.push_back(t);
     stiffness.push_back(c);
+    energy.push_back(E);
   }
-  Svg svg(width, height);
+  const bool table = traits.family == "tabulated";  // of a table the energy is found
+  Svg svg(table ? width + next : width, height);
   svg.text(64, 26, "start", 16, colour::ink, title, " font-weight=\"600\"");
   double at = 64;
   for (size_t k = 0; k < sigmas.size() && !traits.sigma.empty(); ++k) {
@@ -98,7 +102,8 @@ std::string curves_of(const std::string& title, const vsa::Elastic& e,
   const bool each = traits.family == "cosh";  // the limit is of each spring
   const double mark = each ? HUGE_VAL : limit;
   panel_of(svg, 64, "holding torque [N m]", x, torque, mark);
-  panel_of(svg, 64 + panel + 110, "stiffness [N m/rad]", x, stiffness, mark);
+  panel_of(svg, 64 + next, "stiffness [N m/rad]", x, stiffness, mark);
+  if (table) panel_of(svg, 64 + 2 * next, "energy [J]", x, energy, mark);
   return svg.finish();
 }
 

@@ -15,7 +15,8 @@ struct JointActuator;
 std::string datasheet_plot(const vsa::Device& device);
 
 /// The same of an actuator of a scene, up to the limit of its deflection, else as far as it was
-/// measured, else 1 rad, for four values of σ in its range, else for the one at the start.
+/// measured, else 1 rad, for four values of σ in its range, else for the one at the start. Of a
+/// table the energy too.
 std::string spring_plot(const JointActuator& actuator);
 
 }  // namespace porthos::scene

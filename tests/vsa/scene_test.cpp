@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "scene/assemble/assembly.h"
+#include "scene/plot/actuator_plot.h"
 #include "tests/places.h"
 #include "tests/support/bounds.h"
 #include "tests/vsa/actuators.h"
@@ -48,6 +49,19 @@ TEST_F(Scenes, StartAtTheJointsAngle) {
   const auto lower = assembly(elbow + "family = \"cosh\"\nparameters = { a = 6.0, k = 0.02 }\n" +
                               "theta = { drive = \"fixed\", start = 0.1 }\n" + held);
   EXPECT_EQ(lower.initial.x[at + 1], 0.1);
+}
+
+/// The picture of a table has its energy. Control: that of a device has torque and stiffness.
+TEST_F(Scenes, ThePictureOfATableHasItsEnergy) {
+  std::ofstream(folder_ / "spring.csv") << "deflection,torque\n-0.5,-1\n0,0\n0.5,1\n";
+  const auto picture = [&](const std::string& actuator) {
+    (void)assembly(actuator);
+    return scene::spring_plot(scene::read_scene((folder_ / "scene.toml").string()).actuators.at(0));
+  };
+  const std::string drawn = picture(elbow + "table = \"spring.csv\"\n" + fixed);
+  EXPECT_NE(drawn.find("energy [J]"), std::string::npos);
+  EXPECT_NE(drawn.find("width=\"1290\""), std::string::npos) << "a third panel";
+  EXPECT_EQ(picture(qbmove + fixed + held).find("energy [J]"), std::string::npos);
 }
 
 /// offset + amplitude sin(2π f t + phase), and the note on a command that begins elsewhere.
