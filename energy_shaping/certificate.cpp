@@ -13,8 +13,26 @@
 namespace porthos::energy_shaping {
 namespace {
 
+/// For programs; people read FAILS, and nothing for what is reported.
+const char* name_of(Finding f) {
+  switch (f) {
+    case Finding::holds:
+      return "holds";
+    case Finding::fails:
+      return "fails";
+    case Finding::not_judged:
+      return "not judged";
+    case Finding::reported:
+      break;
+  }
+  return "reported";
+}
 const char* word(Finding f) {
-  return f == Finding::holds ? "holds" : f == Finding::fails ? "FAILS" : "";
+  return f == Finding::fails ? "FAILS" : f == Finding::reported ? "" : name_of(f);
+}
+
+bool stands_open(const CertificateItem& i) {
+  return i.finding == Finding::fails || i.finding == Finding::not_judged;
 }
 
 std::string list(std::span<const double> numbers) {
@@ -34,11 +52,11 @@ std::string place(const std::vector<double>& at, const std::vector<std::string>&
   return s;
 }
 
-/// What fails, and what to do about each.
+/// What fails or is not judged, and what to do about each.
 std::vector<std::pair<std::string, std::string>> failures(const Certificate& c) {
   std::vector<std::pair<std::string, std::string>> all;
   for (const auto& i : c.items())
-    if (i.finding == Finding::fails) all.emplace_back(i.name, remedy(i));
+    if (stands_open(i)) all.emplace_back(i.name, remedy(i));
   return all;
 }
 
@@ -114,7 +132,7 @@ void Certificate::report(const std::string& name, double value, const std::strin
 
 const CertificateItem* Certificate::failure() const {
   for (const auto& i : items_)
-    if (i.finding == Finding::fails) return &i;
+    if (stands_open(i)) return &i;
   return nullptr;
 }
 
@@ -162,11 +180,9 @@ std::string Certificate::json() const {
   nlohmann::json j{{"title", title_}, {"holds", holds()}, {"items", nlohmann::json::array()}};
   for (const auto& i : items_) {
     nlohmann::json e{{"name", i.name}, {"value", number(i.value)}, {"text", i.text}};
-    e["finding"] = i.finding == Finding::holds   ? "holds"
-                   : i.finding == Finding::fails ? "fails"
-                                                 : "reported";
+    e["finding"] = name_of(i.finding);
     if (!std::isnan(i.bound)) e["bound"] = number(i.bound);
-    if (i.finding == Finding::fails && !remedy(i).empty()) e["remedy"] = remedy(i);
+    if (stands_open(i) && !remedy(i).empty()) e["remedy"] = remedy(i);
     for (const double x : i.numbers) e["numbers"].push_back(number(x));
     for (const double x : i.at) e["at"].push_back(number(x));
     j["items"].push_back(std::move(e));

@@ -5,8 +5,9 @@
 
 namespace porthos::energy_shaping {
 
-/// The result for a condition of a certificate; a figure without a bound is reported.
-enum class Finding { holds, fails, reported };
+/// The result for a condition of a certificate; a figure without a bound is reported. not_judged: it
+/// could not be checked, and the item's text says why.
+enum class Finding { holds, fails, reported, not_judged };
 
 /// One line of a certificate: a condition with its number and bound, or a figure that is reported
 /// without a bound.
@@ -48,9 +49,9 @@ class Certificate {
   /// What to do where the item that was added last fails, in place of that of its condition.
   void help(std::string what) { items_.back().help = std::move(what); }
 
-  /// No item fails.
+  /// No item fails, and none is not judged.
   bool holds() const { return failure() == nullptr; }
-  /// The first failing item, or nullptr.
+  /// The first item that fails or is not judged, or nullptr.
   const CertificateItem* failure() const;
   /// The names of the coordinates of `at`, which text(), html() and refusals then tell with its
   /// numbers: as many, or half as many where `at` is a state.
@@ -63,7 +64,7 @@ class Certificate {
   /// The same table for pages and notebooks, with the title before it; everything is escaped.
   std::string html() const;
   /// The same for programs: {"title", "holds", "items": [{"name", "finding", "value", "bound",
-  /// ...}]}; an item that fails has its "remedy".
+  /// ...}]}; an item that fails or is not judged has its "remedy".
   std::string json() const;
 
  private:

@@ -152,8 +152,11 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
     if (outcome != integrators::Outcome::ok || !std::isfinite(next)) {
       run.finished = false;
       const std::string why = loop.hindrance(s.x);
-      run.outcome = why.empty() ? integrators::to_string(outcome)
-                                : fmt::format("at {:.6g} s {}", double(s.step) * o.step, why);
+      const double t = double(s.step) * o.step;
+      run.outcome = !why.empty() ? fmt::format("at {:.6g} s {}", t, why)
+                    : outcome == integrators::Outcome::ok
+                        ? fmt::format("H_d is no finite number after the step to {:g} s", t)
+                        : integrators::to_string(outcome);
       break;
     }
     run.rise = std::max(run.rise, next - H);

@@ -59,8 +59,8 @@ struct Run {
       0;  ///< Simpson's rule against trapezoids: bounds the error of `dissipated` [J]
   double injected =
       0;  ///< H_d(end) - H_d(0) + dissipated: what sampling, limits and another plant put in [J]
-  bool finished = true;  ///< false: the integrator failed or gave non-finite numbers
-  std::string outcome = "ok";
+  bool finished = true;        ///< false: the integrator failed or gave non-finite numbers
+  std::string outcome = "ok";  ///< of a run that did not finish: why
 };
 /// @throws InvalidArgument for a period that is no multiple of the step, or sizes that do not fit
 Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOptions& options);

@@ -22,7 +22,8 @@ void bind_certificate(py::module_& m) {
   py::enum_<es::Finding>(m, "Finding")
       .value("holds", es::Finding::holds)
       .value("fails", es::Finding::fails)
-      .value("reported", es::Finding::reported);
+      .value("reported", es::Finding::reported)
+      .value("not_judged", es::Finding::not_judged);
   py::class_<es::CertificateItem>(m, "CertificateItem",
                                   "One line of a certificate: a condition with its number and "
                                   "bound, or a figure without a bound.")
@@ -38,7 +39,8 @@ void bind_certificate(py::module_& m) {
       .def_property_readonly("title", &es::Certificate::title)
       .def_property_readonly("items", &es::Certificate::items)
       .def("item", &es::Certificate::item, arg("name"))
-      .def_property_readonly("holds", &es::Certificate::holds, "No item fails.")
+      .def_property_readonly("holds", &es::Certificate::holds,
+                             "No item fails, and none is not judged.")
       .def("text", &es::Certificate::text, "A table for people.")
       .def("json", &es::Certificate::json, "The same for programs.")
       .def("html", &es::Certificate::html, "The table for pages.")

@@ -401,6 +401,33 @@ TEST(Certify, SampledUse) {
   EXPECT_FALSE(certify(*loop, o).holds());
 }
 
+/// A run that breaks off decides nothing: neither it nor its rise of H_d reads as held, in any form.
+/// Control: one that finishes.
+TEST(Certify, ARunThatDoesNotFinishIsNotJudged) {
+  const auto loop = cart_pole({});
+  auto o = options_of(*loop, {0.5, 0, 0, 0}, 20);
+  EXPECT_EQ(certify(*loop, o).json().find("not judged"), std::string::npos);
+  o.periods = {0, 0.5};
+  const Certificate c = certify(*loop, o);
+  const CertificateItem& run = c.item("run at 500 ms");
+  EXPECT_EQ(run.finding, Finding::not_judged);
+  EXPECT_EQ(run.text, "did not finish: H_d is no finite number after the step to 0.6 s");
+  EXPECT_EQ(c.item("run, continuous").finding, Finding::holds);
+  EXPECT_FALSE(c.holds());
+  EXPECT_EQ(c.failure(), &run);
+  EXPECT_NE(c.html().find("<td>not judged</td>"), std::string::npos);
+  EXPECT_NE(c.text().find("  not judged did not finish"), std::string::npos);
+  const auto j = nlohmann::json::parse(c.json());
+  for (const auto& i : j["items"]) EXPECT_EQ(i["finding"] == "not judged", i["name"] == run.name);
+  // A rise that stayed 0 until a run broke off has not been shown to stay so.
+  o.periods = {0};
+  o.starts = {{0.5, 0, 1e153, 0}};
+  o.run.method = "rk4";
+  const Certificate first = certify(*loop, o);
+  EXPECT_EQ(first.item("run, continuous").text.find("did not finish: "), 0U);
+  EXPECT_EQ(first.item("run, continuous, rise of H_d").finding, Finding::not_judged);
+}
+
 /// At its minima the double well is the oscillator x'' = -2 x - kv x'.
 TEST(Modes, OfTheDoubleWellAreItsLinearOscillator) {
   for (const auto& [kv, slowest, ratio] : {std::tuple{1.0, std::sqrt(2.0), std::sqrt(0.125)},

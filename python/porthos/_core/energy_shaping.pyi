@@ -13,6 +13,7 @@ class Finding:
     holds: typing.ClassVar[Finding]
     fails: typing.ClassVar[Finding]
     reported: typing.ClassVar[Finding]
+    not_judged: typing.ClassVar[Finding]
     @property
     def name(self) -> str: ...
     @property
@@ -51,7 +52,7 @@ class Certificate:
     def item(self, name: str) -> CertificateItem: ...
     @property
     def holds(self) -> bool:
-        """No item fails."""
+        """No item fails, and none is not judged."""
         ...
     def text(self) -> str:
         """A table for people."""

@@ -222,7 +222,7 @@ export function comparison(d) {
 export function controllers(d) {
   const all = d.summary?.certificates;
   if (!Array.isArray(all) || !all.length) return null;
-  const word = { holds: "pass", fails: "none", reported: "soft" };
+  const word = { holds: "pass", fails: "none", reported: "soft", "not judged": "some" };
   const bound = (i) => (i.bound === undefined || i.bound === null ? "" : number(i.bound));
   return section("controllers", "Controllers",
     lead("The conditions of each law, checked at points before the run. A line without a bound is a figure."),
