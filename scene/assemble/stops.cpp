@@ -10,14 +10,22 @@
 namespace porthos::scene {
 namespace {
 
-/// A stop is looked for inside steps, where nothing tells what a sampled controller holds.
+/// A stop that ends the run is looked for inside steps, where nothing tells what a sampled
+/// controller holds. One that judges sees the ends of steps, and what acted in them.
 void refuse_held(const Stop& stop, const std::vector<Output>& needed, const Assembly& assembly) {
-  if (assembly.model->holds().empty()) return;
+  if (!stop.ends || assembly.model->holds().empty()) return;
   if (std::any_of(needed.begin(), needed.end(), [](auto& o) { return o.needs_field(); }))
     throw InvalidArgument(fmt::format(
-        "{}: '{}' depends on forces, and the scene has sampled controllers, expected an output "
-        "that depends on the state alone",
+        "{}: '{}' depends on forces, and the scene has sampled controllers, expected outcome = "
+        "\"judge\", or an output that depends on the state alone",
         stop.where, stop.output));
+}
+
+std::vector<double> held_at_start(const phs::Model& model) {
+  std::vector<double> all;
+  for (const auto& hold : model.holds())
+    all.insert(all.end(), hold->fresh.begin(), hold->fresh.end());
+  return all;
 }
 
 size_t place_among(const Stop& stop, const std::vector<Output>& needed) {
@@ -39,6 +47,7 @@ StopValue::StopValue(const Scene& scene, const Assembly& assembly, const Stop& s
       needed_(needed_for(stop.output, scene.outputs)),
       number_(place_among(stop, needed_)),
       from_(first_look(stop, scene)),
+      fresh_(held_at_start(*assembly.model)),
       outputs_(scene, assembly, needed_) {
   refuse_held(stop, needed_, assembly);
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,13 +16,15 @@ namespace porthos::scene {
 class StopValue {
  public:
   /// Scene, assembly and stop must outlive it.
-  /// @throws InvalidArgument as Outputs; for an output that depends on a sampled controller
+  /// @throws InvalidArgument as Outputs; for one that ends the run, of an output that depends on a
+  /// sampled controller
   StopValue(const Scene& scene, const Assembly& assembly, const Stop& stop);
 
   /// -HUGE_VAL before from(), NaN while a joint is locked. Allocates nothing after the first call.
-  double at(double t, const phs::State& s) {
+  /// @param held  as of Outputs::at(); empty: what the sampled controllers hold at the start
+  double at(double t, const phs::State& s, std::span<const double> held = {}) {
     if (t < from_) return -HUGE_VAL;
-    const double value = outputs_.at(t, s, {})[number_];
+    const double value = outputs_.at(t, s, held.empty() ? fresh_ : held)[number_];
     return stop_.above ? value : -value;
   }
   double limit() const { return stop_.above ? stop_.limit : 0 - stop_.limit; }
@@ -38,6 +41,7 @@ class StopValue {
   const std::vector<Output> needed_;
   size_t number_;
   double from_;
+  const std::vector<double> fresh_;
   Outputs outputs_;
 };
 

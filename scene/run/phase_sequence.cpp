@@ -243,7 +243,7 @@ bool PhaseSequence::stopped() {
   here.stopped = whole_.report().stopped;
   here.simulated_s = from_;
   StopValues values(scene_, phase_.assembly);
-  values.see(from_, phase_.assembly.initial);
+  values.see(from_, phase_.assembly.initial, {});
   values.fill(here);
   for (const Check& c : here.checks) whole_.worst(c);
   const double met = StopValue(scene_, phase_.assembly, stop).at(from_, phase_.assembly.initial);

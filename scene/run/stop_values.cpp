@@ -13,9 +13,9 @@ StopValues::StopValues(const Scene& scene, const Assembly& assembly) {
   largest_.assign(stops_.size(), -HUGE_VAL);
 }
 
-void StopValues::see(double t, const phs::State& s) {
+void StopValues::see(double t, const phs::State& s, std::span<const double> held) {
   for (size_t k = 0; k < stops_.size(); ++k)
-    largest_[k] = std::fmax(largest_[k], stops_[k]->at(t, s));  // of numbers
+    largest_[k] = std::fmax(largest_[k], stops_[k]->at(t, s, held));  // of numbers
 }
 
 void StopValues::fill(RunReport& r) const {

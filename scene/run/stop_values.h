@@ -15,8 +15,10 @@ class StopValues {
   /// Scene and assembly must outlive it. @throws InvalidArgument as StopValue
   StopValues(const Scene& scene, const Assembly& assembly);
 
+  bool any() const { return !stops_.empty(); }
   /// Looks at a state. Cost: a pass of Outputs a stop. Allocates nothing after the first call.
-  void see(double t, const phs::State& s);
+  /// @param held  as StopValue::at()
+  void see(double t, const phs::State& s, std::span<const double> held);
   /// Adds a check for each stop, which fails if the stop has ended the run, or if the value of one
   /// that judges has passed its limit; or why there is none:
   /// it begins later than the run ended, or its output had no value.

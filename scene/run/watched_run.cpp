@@ -105,7 +105,7 @@ void WatchedRun::restore_memory(std::span<const double> m) {
 
 void WatchedRun::begin() {
   if (split_) split_->begin(state_);
-  stop_values_.see(time(), state_);
+  stop_values_.see(time(), state_, held());
   remember();
   record();
 }
@@ -119,7 +119,11 @@ void WatchedRun::step() {
   if (outcome_ != Outcome::ok) return;
   ledger_.book(integrator_->port_work());
   note_impacts();
-  stop_values_.see(time(), state_);
+  if (stop_values_.any()) {
+    acted_.clear();
+    integrator_->sampler().save(acted_);
+    stop_values_.see(time(), state_, acted_);
+  }
   if (sees_rates && at_record()) end_rates_.see(before_, state_, time() - from);
   if (at_record() || ended())
     record();

@@ -111,6 +111,7 @@ class WatchedRun {
   WorldView view_;  ///< records are in the world frame
   RecordLayout layout_;
   std::vector<double> row_, ledgers_;
+  std::vector<double> acted_;  ///< what the sampled controllers held in the last step
   const Measured unmeasured_{};
   Window window_;
   phs::State state_, before_;  ///< before_: start of the last step, if it varies or rates are seen

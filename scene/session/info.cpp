@@ -159,7 +159,7 @@ std::string cost_section(const Assembly& a) {
 
 std::string info_text(const Scene& asked, const Assembly& assembly) {
   const Scene scene = with_method_chosen(asked, assembly);
-  (void)make_integrator(scene, *assembly.model, scene.step);  // refuses what a run would
+  refuse_as_run(scene, assembly);
   const Mechanism& m = *assembly.mechanism;
   const auto& d = assembly.model->description();
   std::string text = scene.title + "\n";

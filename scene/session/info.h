@@ -7,7 +7,7 @@ namespace porthos::scene {
 
 /// The text of `porthos info`: states, ports, invariants, the plan (active and absent effects) and
 /// the measured cost of one evaluation.
-/// @throws InvalidArgument for a method that does not fit the model
+/// @throws InvalidArgument for what a run would refuse before its first step
 std::string info_text(const Scene& scene, const Assembly& assembly);
 /// The same as one JSON object (`porthos info --json`, docs/commands.md).
 /// @throws InvalidArgument as info_text()

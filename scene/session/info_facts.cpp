@@ -8,6 +8,9 @@
 
 #include "phs/scalars/pack.h"
 #include "scene/assemble/steps.h"
+#include "scene/run/from_records.h"
+#include "scene/run/phase_sequence.h"
+#include "scene/run/watched_run.h"
 
 namespace porthos::scene {
 namespace {
@@ -100,6 +103,18 @@ double nanoseconds_per_evaluation(const Assembly& a) {
 std::string simd_text() {
   return fmt::format("{}, {} numbers at once, multiply-adds {}", phs::simd_name, phs::native_lanes,
                      phs::fuses ? "fused" : "rounded twice");
+}
+
+void refuse_as_run(const Scene& scene, const Assembly& assembly) {
+  const auto begin = [](const Scene& s, const Assembly& a,
+                        const std::vector<integrators::Event>& until) {
+    const WatchedRun run(s, a, until, {});
+    (void)FromRecords(s, a, run.layout());
+  };
+  if (scene.events.empty()) return begin(scene, assembly, {});
+  (void)rehearse(scene, assembly);
+  PhaseSequence phases(scene, assembly);
+  if (const Phase* first = phases.next()) begin(first->scene, first->assembly, first->until);
 }
 
 std::vector<StateFacts> state_facts(const Assembly& a) {

@@ -145,7 +145,7 @@ InfoJson notes(const Assembly& a) {
 
 std::string info_json(const Scene& asked, const Assembly& assembly) {
   const Scene scene = with_method_chosen(asked, assembly);
-  (void)make_integrator(scene, *assembly.model, scene.step);  // refuses what a run would
+  refuse_as_run(scene, assembly);
   const mechanics::Mechanism& m = *assembly.mechanism;
   const auto& d = assembly.model->description();
   InfoJson ports = InfoJson::array();

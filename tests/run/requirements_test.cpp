@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "scene/session/info.h"
 #include "scene/session/memory_run.h"
 #include "tests/run/shipped.h"
 
@@ -30,12 +31,16 @@ scene::Scene scene_of(const TemporaryFolder& folder, const std::string& urdf,
                           more, step, duration));
   return scene::read_scene((folder / "scene.toml").string());
 }
+scene::Scene rod(const TemporaryFolder& folder, const std::string& more, double duration,
+                 double step) {
+  return scene_of(folder,
+                  "<robot name='rod'><link name='foot'/>" + link("rod", 2) +
+                      joint("hinge", "foot", "rod", "0 1 0") + "</robot>",
+                  turning + more, duration, step);
+}
 scene::RunReport of_rod(const std::string& more, double duration = 8, double step = 0.01) {
   TemporaryFolder folder;
-  const auto s = scene_of(folder,
-                          "<robot name='rod'><link name='foot'/>" + link("rod", 2) +
-                              joint("hinge", "foot", "rod", "0 1 0") + "</robot>",
-                          turning + more, duration, step);
+  const auto s = rod(folder, more, duration, step);
   return scene::run_in_memory(s, scene::assemble(s), {});
 }
 /// The rows of stops as text, to the last bit.
@@ -217,6 +222,49 @@ TEST(Requirements, OneThatJudgesOverPhasesAndAResume) {
                     scene::run_in_memory(seen, a, {}).outputs[0].least),
           1e-14);
   }
+}
+
+// Beside a sampled law a requirement judges by what acted in each step.
+TEST(Requirements, OneThatJudgesATorqueSeesWhatASampledLawHeld) {
+  const std::string servo =
+      "[[element]]\ntype = \"controller\"\nname = \"servo\"\njoint = \"hinge\"\nstiffness = "
+      "3\ndamping = 0.1\nrate = 2\n[[output]]\nquantity = \"joint_torque\"\nname = \"t\"\njoint "
+      "= \"hinge\"\n";
+  const auto judged = [&](const char* limit, const char* outcome = "judge") {
+    return servo + fmt::format("[[stop]]\noutput = \"t\"\noutcome = \"{}\"\n{}\nname = \"u\"\n",
+                               outcome, limit);
+  };
+  TemporaryFolder folder;
+  auto seen = rod(folder, judged("above = 100"), 8, 0.01);
+  seen.extrema = scene::Extrema::all;
+  const auto r = scene::run_in_memory(seen, scene::assemble(seen), {});
+  const scene::OutputRow& torque = r.outputs.at(1);
+  keeps("largest torque, off that of the output at all steps",
+        std::fabs(value_of(r, "stop.u") - torque.largest), 1e-15);
+  breaks("control: no torque", torque.largest, 0.1);
+  EXPECT_EQ(of_rod(judged("above = 0.1")).verdict(), scene::Verdict::fail);
+  const auto low = of_rod(judged("below = -100"));
+  keeps("smallest, its sign turned",
+        std::fabs(value_of(low, "stop.u (sign turned)") + torque.least), 1e-15);
+  EXPECT_TRUE(says(refusal([&] { of_rod(judged("above = 100", "fail")); }),
+                   "expected outcome = \"judge\", or an output that"));
+}
+
+// What a run refuses before its first step `porthos info` refuses too, by the same sentence.
+TEST(Requirements, AScenesInfoRefusesWhatItsRunDoes) {
+  const std::string arm =
+      "[initial]\njoints.elbow = { position = 1, velocity = 1 }\n[[output]]\nquantity = "
+      "\"joint_position\"\nname = \"q\"\njoint = \"elbow\"\n";
+  for (const char* event : {"", "[[event]]\ntype = \"lock\"\njoint = \"shoulder\"\nat = 1\n"})
+    for (const char* limit : {"above = -1", "above = 20"}) {
+      TemporaryFolder folder;
+      const auto s = scene_of(folder, arm_urdf(), arm + event + requirement(limit), 2);
+      const auto a = scene::assemble(s);
+      const std::string why = refusal([&] { (void)scene::run_in_memory(s, a, {}); });
+      EXPECT_EQ(says(why, "holds where the run starts"), limit == std::string("above = -1"));
+      EXPECT_EQ(refusal([&] { (void)scene::info_text(s, a); }), why);
+      EXPECT_EQ(refusal([&] { (void)scene::info_json(s, a); }), why);
+    }
 }
 
 // "above" is more than: a limit that is reached, from wherever, is kept.

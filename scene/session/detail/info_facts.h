@@ -9,6 +9,11 @@
 /// What `porthos info` tells, before it is text or JSON.
 namespace porthos::scene {
 
+/// Refuses what a run would refuse before its first step, by its sentence.
+/// @param scene  its method stated
+/// @throws InvalidArgument
+void refuse_as_run(const Scene& scene, const Assembly& assembly);
+
 /// A block of the state with its numbers at the start, seen from the world; angles with turns.
 struct StateFacts {
   const phs::Block* block;
