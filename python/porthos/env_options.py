@@ -69,9 +69,9 @@ def of_each(what: str, given: Any, n: int) -> np.ndarray:
 def limits(limit: Any, ports: Mapping[str, int]) -> np.ndarray:
     """Of each number of the ports, whose sizes they are; limit: a number, one of each port, or by names."""
     if isinstance(limit, Mapping):
-        if missing := [p for p in ports if p not in limit] or [p for p in limit if p not in ports]:
-            told = "has no" if missing[0] in ports else "has a"
-            raise InvalidArgument(f"limit {told} '{missing[0]}', expected one for each port that is driven: {', '.join(ports)}")
+        if wrong := [p for p in limit if p not in ports] or [p for p in ports if p not in limit]:
+            told = f"has no '{wrong[0]}'" if wrong[0] in ports else f"is of '{wrong[0]}', which is no port that is driven"
+            raise InvalidArgument(f"limit {told}, expected one for each: {', '.join(ports)}")
         limit = [limit[p] for p in ports]
     given = np.asarray(limit if isinstance(limit, (int, float, np.number, list, tuple, np.ndarray)) else np.nan)
     if given.dtype.kind not in "iuf" or given.shape not in ((), (len(ports),)) or not (given > 0).all():

@@ -476,8 +476,9 @@ def test_limits_by_names(pendulum):
     both = dict(ports=["lower.torque", "upper.torque"])
     e = many(pendulum, limit={"upper.torque": 0.5, "lower.torque": 2.0}, **both)
     assert np.array_equal(e.single_action_space.high, np.float32([2, 0.5]))  # as the ports stand
-    refused(lambda: many(pendulum, limit={"upper.torque": 0.5}, **both), "limit has no 'lower.torque', expected one for each port that is driven: lower.torque, upper.torque")
-    refused(lambda: many(pendulum, limit={"upper.torque": 1.0, "lower.torque": 2.0, "hand.torque": 1.0}, **both), "limit has a 'hand.torque'")
+    refused(lambda: many(pendulum, limit={"upper.torque": 0.5}, **both), "limit has no 'lower.torque', expected one for each: lower.torque, upper.torque")
+    refused(lambda: many(pendulum, limit={"upper.torque": 0.5, "lower.torqe": 0.5}, **both), "limit is of 'lower.torqe', which is no port that is driven, expected one for each: lower.torque, upper.torque")
+    refused(lambda: many(pendulum, limit={"upper.torque": 1.0, "lower.torque": 2.0, "hand.torque": 1.0}, **both), "limit is of 'hand.torque', which is no port that is driven")
     refused(lambda: many(pendulum, limit={"upper.torque": 1.0, "lower.torque": -2.0}, **both), "expected a number above 0, or 2 of them")
 
 
