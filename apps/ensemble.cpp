@@ -10,6 +10,16 @@
 #include "scene/run/stop_values.h"
 
 namespace porthos::apps {
+namespace {
+
+/// How many cases of a check a list tells.
+std::int64_t cases_of(const std::string& check,
+                      const std::vector<std::pair<std::string, std::int64_t>>& counts) {
+  const auto known = std::ranges::find(counts, check, &std::pair<std::string, std::int64_t>::first);
+  return known == counts.end() ? 0 : known->second;
+}
+
+}  // namespace
 
 std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport& r,
                           const std::string& out, bool page) {
@@ -48,10 +58,11 @@ std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport&
   std::vector<std::string> failed;
   for (const scene::Stop& stop : e.scene().stops) {
     if (!stop.is_requirement()) continue;
-    const auto known = std::ranges::find(r.failed_checks, scene::name_of_check(stop),
-                                         &std::pair<std::string, std::int64_t>::first);
-    text += fmt::format("{}: does not hold in {} of {} cases\n", scene::name_of_check(stop),
-                        known == r.failed_checks.end() ? 0 : known->second, r.cases);
+    const std::string name = scene::name_of_check(stop);
+    const auto open = cases_of(name, r.not_judged_checks);
+    text += fmt::format("{}: does not hold in {} of {} cases{}\n", name,
+                        cases_of(name, r.failed_checks), r.cases,
+                        open > 0 ? fmt::format("; not judged: {} cases", open) : "");
   }
   for (const auto& [check, count] : r.failed_checks)
     failed.push_back(fmt::format("{} {}", check, count));

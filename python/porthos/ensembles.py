@@ -96,8 +96,9 @@ class EnsembleResult(Judged):
         s = self.summary
         lines = [f"{s['title'] or 'ensemble'}: {s['cases']} cases of {s['duration_s']:g} s by {s['method']}", ""]
         lines += text_table([self._heads, *self._rows()])
-        failed = ", ".join(f"{check} {n}" for check, n in s.get("failed_checks", {}).items())
-        lines += ["", *(f"{n} cases: {why}" for why, n in s["failures"].items()), *([f"failed: {failed}"] if failed else []), f"results  {self.folder}"]
+        failed, left = (", ".join(f"{check} {n}" for check, n in s.get(k, {}).items()) for k in ("failed_checks", "not_judged_checks"))
+        lines += ["", *(f"{n} cases: {why}" for why, n in s["failures"].items()), *([f"failed: {failed}"] if failed else []),
+                  *([f"not judged: {left}"] if left else []), f"results  {self.folder}"]
         return "\n".join(lines + [f"verdict  {'FAIL' if self.verdict == 'fail' else self.verdict}: {s['passed']} of {s['cases']} cases passed"])
 
     def __repr__(self) -> str:

@@ -62,10 +62,12 @@ struct CaseLayout {
   size_t output_end() const { return event_loss() + events; }
   size_t output_least() const { return output_end() + outputs; }
   size_t output_largest() const { return output_least() + outputs; }
-  /// The time of the end [s] and the index of the stop, -1: none; if there are stops.
+  /// The time of the end [s], the index of the stop, -1: none, and the requirements that were not
+  /// judged, of CaseChecks; if there are stops.
   size_t end_time() const { return output_largest() + outputs; }
   size_t stop() const { return end_time() + 1; }  ///< integer
-  size_t digest() const { return end_time() + (stops > 0 ? 2 : 0); }
+  size_t open() const { return stop() + 1; }      ///< integer
+  size_t digest() const { return end_time() + (stops > 0 ? 3 : 0); }
   size_t size() const { return digest() + 1; }
 
   /// Sets the digest of a row.

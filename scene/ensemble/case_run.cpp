@@ -68,6 +68,7 @@ class CaseRow {
     }
     if (l_.stops == 0) return;
     row_[l_.end_time()] = r.simulated_s;
+    put(l_.open(), e_.checks().not_judged(r));
     const auto& stops = e_.scene().stops;
     for (size_t k = 0; r.stopped && k < stops.size(); ++k)
       if (stops[k].name == r.stopped->name) put(l_.stop(), std::int64_t(k));
@@ -75,6 +76,8 @@ class CaseRow {
   void failed() { put(l_.passed, number_of(Verdict::fail)); }
   std::span<const double> sealed(int status) {
     put(l_.status, status);
+    if (l_.stops > 0 && status != 0)
+      put(l_.open(), e_.checks().not_judged(std::bit_cast<std::int64_t>(row_[l_.failed])));
     l_.seal(row_);
     return row_;
   }

@@ -141,6 +141,9 @@ struct EnsembleReport {
   std::map<std::string, std::int64_t> failures;  ///< cases that did not reach their end, by reason
   /// Checks that did not hold, and in how many cases.
   std::vector<std::pair<std::string, std::int64_t>> failed_checks;
+  /// Requirements that were not judged, and in how many cases: never looked at, or the case did not
+  /// reach its end.
+  std::vector<std::pair<std::string, std::int64_t>> not_judged_checks;
   Spread energy, linear, angular;   ///< of the others: relative errors, maxima over the run
   std::vector<EventSpread> events;  ///< in the order of the scene, over all cases
   std::vector<OutputSpread> outputs;

@@ -103,6 +103,8 @@ std::vector<CaseColumn> add_columns(Hdf5File& file, const Ensemble& e) {
   if (l.stops > 0) {
     add("end_time", l.end_time(), 1, real, "s");
     add("stop", l.stop(), 1, integer, "1");
+    add("not_judged_checks", l.open(), 1, integer, "1");
+    columns.back().data.attribute("names", lines(e.checks().names()));
   }
   return columns;
 }
@@ -166,7 +168,7 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
   std::vector<double> row(l.size());
   std::vector<std::vector<std::pair<double, std::int64_t>>> outputs(3 * l.outputs);
   r.stopped.assign(l.stops, 0);
-  std::map<std::string, std::int64_t> failed;
+  std::map<std::string, std::int64_t> failed, open;
   for (std::int64_t i = 0; i < r.cases; ++i) {
     if (!store.has(i)) continue;
     store.read(i, row);
@@ -176,6 +178,8 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
       if (const double v = row[l.output_end() + k]; !std::isnan(v)) outputs[k].emplace_back(v, i);
     if (l.stops > 0 && integer(row[l.stop()]) >= 0) ++r.stopped[size_t(integer(row[l.stop()]))];
     for (const auto& check : e.checks().names_of(integer(row[l.failed]))) ++failed[check];
+    if (l.stops > 0)
+      for (const auto& check : e.checks().names_of(integer(row[l.open()]))) ++open[check];
     const int status = int(integer(row[l.status]));
     if (status != 0) {
       ++r.failures[case_status(status)];
@@ -191,8 +195,10 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
     else if (r.not_passed.size() < 10)
       r.not_passed.push_back(i);
   }
-  for (const auto& name : e.checks().names())
+  for (const auto& name : e.checks().names()) {
     if (failed.count(name)) r.failed_checks.emplace_back(name, failed[name]);
+    if (open.count(name)) r.not_judged_checks.emplace_back(name, open[name]);
+  }
   r.energy = spread_of(energy);
   r.linear = spread_of(linear);
   r.angular = spread_of(angular);
@@ -232,6 +238,8 @@ std::string ensemble_json(const Ensemble& e, const CaseStore& store, const Ensem
   j["failures"] = failures;
   j["failed_checks"] = Json::object();
   for (const auto& [check, count] : r.failed_checks) j["failed_checks"][check] = count;
+  j["not_judged_checks"] = Json::object();
+  for (const auto& [check, count] : r.not_judged_checks) j["not_judged_checks"][check] = count;
   j["energy_error"] = json_of(r.energy);
   const phs::Description& d = e.assembly().model->description();
   for (const auto& i : d.invariants) {

@@ -117,6 +117,48 @@ TEST(CaseChecks, OfStopsThatJudge) {
   for (const auto& row : rows_of(e)) EXPECT_EQ(row[e.layout().end_time()], 1);
 }
 
+// A requirement that no case could judge has not held: it begins beyond the end, or the case broke
+// off before. Control: one that is looked at is never among them.
+TEST(CaseChecks, RequirementsThatWereNotJudgedAreCountedApart) {
+  const std::string late =
+      "[[stop]]\nname = \"late\"\noutput = \"size\"\nabove = 3\nafter = 7\noutcome = \"judge\"\n";
+  using Counts = std::vector<std::pair<std::string, std::int64_t>>;
+  const auto counted = [&](const std::string& more) {
+    const TemporaryFolder folder;
+    const Ensemble e(scene_of(folder, more));
+    const auto r = run_ensemble(e, {.out = (folder / "out").string(), .part = {}, .threads = 1});
+    const auto json = nlohmann::json::parse(read_bytes(folder / "out/ensemble.json"));
+    std::vector<std::int64_t> bits(12);
+    scene::Hdf5Reader(folder / "out/ensemble.h5").read("not_judged_checks", bits.data());
+    std::int64_t in_cases = 0;
+    for (const auto b : bits) in_cases += std::int64_t(e.checks().names_of(b).size());
+    std::int64_t all = 0;
+    for (const auto& [name, count] : r.not_judged_checks) {
+      EXPECT_EQ(json.at("not_judged_checks").at(name), count);
+      all += count;
+    }
+    EXPECT_EQ(in_cases, all);
+    return r.not_judged_checks;
+  };
+  EXPECT_TRUE(counted(judged()).empty());
+  EXPECT_EQ(counted(judged() + late), (Counts{{"stop.late", 12}}));
+  const TemporaryFolder folder;
+  scene::Scene coarse =
+      scene_of(folder, judged() + "[monitor]\nstep_limit = 1e-14\naction = \"stop\"\n");
+  coarse.step = 0.1;
+  const Ensemble broken(coarse);
+  int off = 0;
+  for (const auto& row : rows_of(broken)) {
+    const scene::CaseLayout& l = broken.layout();
+    const bool ended = scene::integer(row[l.status]) == 0;
+    off += !ended;
+    const Names open = broken.checks().names_of(scene::integer(row[l.open()]));
+    EXPECT_EQ(open, ended || scene::integer(row[l.failed]) != 0 ? Names{} : Names{"stop.too fast"});
+  }
+  std::printf("  cases that broke off: %d of 12\n", off);
+  EXPECT_GT(off, 0);
+}
+
 TEST(CaseChecks, WhatHasNoNameIsAnother) {
   const scene::CaseChecks checks{scene::Scene()};
   scene::RunReport r;

@@ -22,11 +22,12 @@ export function verdict(d) {
   });
   const failures = Object.entries(e.failures).map(([why, n]) => h("li", {}, `${grouped(n)} cases: ${why}`));
   const checks = Object.entries(e.failed_checks || {}).map(([name, n]) => h("li", {}, `${grouped(n)} cases: ${checkName(name)} did not hold`));
+  const notJudged = Object.entries(e.not_judged_checks || {}).map(([name, n]) => h("li", {}, `${grouped(n)} cases: ${checkName(name)} was not judged`));
   const stopped = Object.entries(e.stopped || {}).map(([name, n]) => h("li", {}, `${grouped(n)} cases ended by the stop ${name}`));
   return section("verdict", "Verdict",
     h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : open ? "open" : "fail"}` }, pass ? "Pass" : open ? "Not judged" : "Fail"), h("p", {}, `${words}.`)),
     card(table(["Relative error", "median", "95 % below", "largest", "limit", "its case"], rows, ["", "n", "n", "n", "n", "n"])),
-    failures.length || checks.length || stopped.length ? card(h("ul", { class: "notes" }, failures, checks, stopped)) : "");
+    failures.length || checks.length || notJudged.length || stopped.length ? card(h("ul", { class: "notes" }, failures, checks, notJudged, stopped)) : "");
 }
 
 const chosen = { listeners: [], case: null };
