@@ -196,7 +196,7 @@ class VectorEnv(_VectorBase):
 
         change: numbers in place of those of the file, as Scene has it.
         cases: every episode begins as one of the first `cases` of the scene's [ensemble], drawn with the seed: its start and, where
-        cases differ in other numbers than of [initial], its model (`cases` says which). 0: as the scene.
+        cases differ in other numbers than of [initial], its model (`cases` says which). 0: as the scene. It excludes begin.
         """
         known = scene_of(scene, change)
         found = assemblies_of(known, cases, options)

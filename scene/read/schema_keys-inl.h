@@ -101,7 +101,7 @@ inline Keys motion(bool of_body) {
 }
 
 inline Keys mass(const std::string& inertia) {
-  return {number("mass", "kg", required, "0 or more"),
+  return {number("mass", "kg", required, "0 or more; the inertia does not follow it"),
           numbers("com", 3, "m", "[0, 0, 0]", "centre of mass in its frame"),
           numbers("inertia", 6, "kg m²", inertia,
                   "[ixx, iyy, izz, ixy, ixz, iyz] about the centre of mass")};
