@@ -48,7 +48,7 @@ def _style(ax: "Axes", title: str, unit: str) -> None:
 
 def _legend(ax: "Axes", narrow: bool = False) -> float:
     """Above the axes and their title, where it covers no data; its height [pt]. narrow: in axes of the user's, of which it takes at most
-    half the height, by smaller letters; within them where nothing makes room above."""
+    half the height, by smaller letters; within them, above the data, where nothing makes room above."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
@@ -69,8 +69,19 @@ def _legend(ax: "Axes", narrow: bool = False) -> float:
     place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0, 1), "borderaxespad": (22 if ax.get_title() else 3) / size, "frameon": False}
     if narrow and not figure.get_layout_engine() and tall + 22 > 72 / figure.dpi * (figure.bbox.y1 - ax.bbox.y1):
         place = {"loc": "best", "framealpha": 0.8}
+        if ax.get_autoscaley_on():  # limits of the user's own stay
+            place = {"loc": "upper left", "borderaxespad": 3 / size, "frameon": False}
+            _make_room(ax, tall + 6, height)
     ax.legend(**place, fontsize=size, labelcolor=INK, borderpad=0, ncol=across, handlelength=2.2, columnspacing=1.2)
     return tall
+
+
+def _make_room(ax: "Axes", tall: float, height: float) -> None:
+    """Raises the upper end of y so that nothing lies in the uppermost part of the axes, tall of their height [pt]."""
+    ax.autoscale(axis="y")  # what an earlier legend needed is no more
+    low, high = ax.transScale.transform([(1, y) for y in ax.get_ylim()])[:, 1]
+    top = ax.transScale.inverted().transform((0, low + (high - low) * height / (height - tall)))[1]
+    ax.set_ylim(top=top, auto=True)  # lines that follow make limits of their own
 
 
 def _lines(ax: "Axes", t: np.ndarray, lines: dict[str, np.ndarray], angles: bool = False) -> None:

@@ -17,8 +17,10 @@ inline constexpr double points_in_mm = 72 / 25.4;
 inline constexpr Look look_on_screen{"",   1180, 96, 850, 92, 40,  62, 22,
                                      12.5, 13,   12, 19,  24, 1.8, 1,  true};
 inline constexpr Look look_in_print{
-    "pt", 85 * points_in_mm, 42, 85 * points_in_mm - 6, 0, 0, 0, 9, 8, 8, 8, 10.5, 18, 1, 0.5,
+    "pt", 85 * points_in_mm, 42, 85 * points_in_mm - 6, 0, 0, 0, 7, 8, 8, 8, 10.5, 18, 1, 0.5,
     false};
 inline constexpr double height_in_print = 60 * points_in_mm;
+/// Of the curves below a legend of many names.
+inline constexpr double least_in_print = 0.6 * height_in_print;
 
 }  // namespace porthos::scene

@@ -74,7 +74,7 @@ class TracePlot {
         if (d.size() == 1 && panels_[k].what.starts_with(d[0].name + " ["))
           d[0].name = "";  // stands there
         const double rows = double(rows_above(d).size());
-        const double tall = std::max(height_in_print, rows * look_.row + 80);  // of 100 names
+        const double tall = std::max(height_in_print, rows * look_.row + 32 + least_in_print);
         places_.push_back({at + 5 + rows * look_.row, at + tall - 27});
         at += tall;
       }
@@ -147,7 +147,7 @@ class TracePlot {
         log_ ? std::max(1.0, std::ceil((high_ - low_) / 5)) : round_step(high_ - low_, 4);
     const bool powers = in_powers(std::max(std::fabs(low_), std::fabs(high_)));
     const double right = look_.left - 0.8 * look_.ticks,
-                 room = right - look_.name_at - 0.4 * look_.names;
+                 room = right - look_.name_at - 0.65 * look_.names;
     double size = look_.ticks;  // of labels, which are narrowed where they would reach the name
     std::vector<std::pair<double, std::string>> labels;
     for (double v = std::ceil(low_ / step - 1e-9) * step; v <= high_ + 1e-9 * step; v += step) {
@@ -156,7 +156,9 @@ class TracePlot {
       labels.emplace_back(v, log_   ? power_of_ten(int(std::lround(v)))
                              : zero ? "0"
                                     : number_text(v, powers));
-      size = std::min(size, look_.ticks * room / text_width(labels.back().second, look_.ticks));
+      // digits and the minus are wider than the letters that text_width() counts by
+      size = std::min(size,
+                      look_.ticks * room / (1.1 * text_width(labels.back().second, look_.ticks)));
     }
     for (const auto& [v, text] : labels)
       svg_->text(right, y(v) + 0.36 * size, "end", size, soft, text);

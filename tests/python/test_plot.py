@@ -296,6 +296,31 @@ def test_many_lines_fit_small_axes_of_the_user(run, monkeypatch):
     refused(lambda: ph.plot(run, legend=False), "legend is of one panel, expected what as well")
 
 
+@pytest.mark.parametrize("scale", ["linear", "log"])
+def test_a_legend_within_axes_of_the_user_covers_no_curve(run, monkeypatch, scale):
+    from matplotlib.figure import Figure
+
+    of_motion(monkeypatch, run, **{"works [J]": {f"shoulder_{k}.hold (lost)": lambda t, k=k: 2 + np.sin((k + 1) * t) for k in range(14)}})
+    axes = Figure(figsize=(6.4, 4.8)).subplots()
+    axes.set_yscale(scale)
+
+    def covered():
+        axes.figure.savefig(io.BytesIO())
+        legend = axes.get_legend().get_window_extent()
+        return max(axes.transData.transform(np.column_stack([line.get_xdata(), line.get_ydata()]))[:, 1].max() for line in axes.get_lines()) - legend.y0, legend.y1 - axes.bbox.y1
+
+    for label in (None, "second"):  # which makes room anew
+        ph.plot(run, what="works", axes=axes, label=label)
+        over, above = covered()
+        keeps("curves over the foot of the legend [px]", over, 0)
+        keeps("legend over the top of the axes [px]", above, 0)
+    axes.autoscale(axis="y")
+    breaks("the same without the room", covered()[0], 0)
+    axes.set_ylim(1, 4)
+    ph.plot(run, what="works", axes=axes)
+    assert axes.get_ylim() == (1, 4)  # limits of the user's own stay
+
+
 def test_a_title_of_the_user_replaces_ours(run, monkeypatch):
     from matplotlib.figure import Figure
 

@@ -1,5 +1,6 @@
 #include "scene/plot/plot.h"
 #include "scene/plot/ledger_plot.h"
+#include "scene/plot/look.h"
 #include "scene/plot/svg.h"
 #include "scene/plot/trace_plot.h"
 
@@ -238,6 +239,68 @@ TEST(Plot, NamesOfALegendDoNotReachTheDashesBesideThem) {
          overlap(works) + 0.1 * width_in_dejavu(works[2], 8), 0);
   breaks("the same, were texts a quarter wider [pt]",
          overlap(arm) + 0.25 * width_in_dejavu(arm[0], 8), 0);
+}
+
+/// The ticks of y of a picture of one panel: the least distance of a label from the panel's name
+/// [px | pt], by the advances of DejaVu Sans; and how high the panel is.
+struct Layout {
+  double gap, height;
+};
+Layout layout_of(const std::string& svg, const std::string& name) {
+  tinyxml2::XMLDocument document;
+  document.Parse(svg.c_str());
+  const auto* root = document.RootElement();
+  Layout l{HUGE_VAL, 0};
+  double least = HUGE_VAL, most = -HUGE_VAL, descent = 0;
+  for (auto* t = root->FirstChildElement("text"); t; t = t->NextSiblingElement("text"))
+    if (const char* at = t->Attribute("transform"); at && t->GetText() == name) {
+      std::sscanf(at, "translate(%lf", &descent);
+      descent += 0.24 * t->DoubleAttribute("font-size");  // below the base line of turned letters
+    }
+  for (auto* t = root->FirstChildElement("text"); t; t = t->NextSiblingElement("text")) {
+    if (!t->Attribute("text-anchor", "end")) continue;
+    double em = 0;
+    for (const char c : std::string(t->GetText()))
+      em += c == '.' ? 0.318 : c == '\xE2' ? 0.838 : (c & 0x80) ? 0 : 0.636;  // a minus begins so
+    l.gap =
+        std::min(l.gap, t->DoubleAttribute("x") - em * t->DoubleAttribute("font-size") - descent);
+  }
+  for (auto* p = root->FirstChildElement("polyline"); p; p = p->NextSiblingElement("polyline"))
+    for (const char* at = std::strchr(p->Attribute("points"), ','); at;
+         at = std::strchr(at + 1, ',')) {
+      least = std::min(least, std::atof(at + 1));
+      most = std::max(most, std::atof(at + 1));
+    }
+  l.height = most - least;
+  return l;
+}
+
+// They are as wide as there is room.
+TEST(Plot, LongLabelsOfTicksKeepOffTheNameOfTheAxis) {
+  for (const auto& [low, high] : {std::pair{1.00001222, 1.00001245}, {-0.00154, -0.0009}}) {
+    const std::vector<TracePanel> one{{"residual [J]", {{"m", {0, 1}, {low, high}}}}};
+    for (const bool print : {true, false}) {
+      const auto svg = print ? figure(one) : trace_plot(one, "t", "s");
+      const double gap = layout_of(svg, "residual [J]").gap;
+      EXPECT_GT(gap, print ? 2.5 : 5);
+      EXPECT_LT(gap, print ? 7 : 10) << "they need the room";
+    }
+  }
+}
+
+// Control: one name less than a row's leaves the panel as it is.
+TEST(Plot, ALegendOfManyNamesMakesAFigureTaller) {
+  const auto panel = [](int works) {
+    TracePanel p{"works [J]", {}};
+    for (int k = 0; k < works; ++k)
+      p.lines.push_back(
+          {"shoulder_" + std::to_string(k) + ".controller.hold (lost)", {0, 1}, {0, k + 1.0}});
+    return figure({p});
+  };
+  const double of_14 = layout_of(panel(14), "works [J]").height;
+  std::printf("  curves of 14 works: %.1f pt\n", of_14);
+  EXPECT_GT(of_14, 0.5 * height_in_print);
+  EXPECT_LT(of_14, layout_of(panel(2), "works [J]").height) << "control";
 }
 
 size_t count(const std::string& text, const std::string& word) {
