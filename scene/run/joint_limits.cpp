@@ -77,7 +77,8 @@ void JointLimits::fill(RunReport& report) const {
     list += fmt::format("{}'{}'", k == most_told ? "; less far beyond: " : ", ", worst[k].name);
   report.notes.push_back(list +
                          ": limits of the model file do not act without an element of type "
-                         "\"limits\" or \"joint_stop\"");
+                         "\"limits\" or \"joint_stop\" (a hard one with law = \"rigid\" and a "
+                         "restitution)");
 }
 
 }  // namespace porthos::scene

@@ -195,7 +195,8 @@ class Judge {
     if (kink == scene_.elements.end() || std::ranges::none_of(r_.checks, fails)) return;
     r_.notes.push_back(fmt::format(
         "the slope of the force of '{}' jumps where the limit begins, inside a step: where it is "
-        "met expected a shorter step, or type = \"joint_stop\" with law = \"rigid\"",
+        "met expected a shorter step, or type = \"joint_stop\" with law = \"rigid\" and a "
+        "restitution",
         kink->name));
   }
 

@@ -59,15 +59,17 @@ TEST(JointLimits, TheThreeFastestAndACount) {
 }
 
 TEST(JointLimits, ASoftLimitIsNamedWhereTheEnergyFails) {
-  const auto notes = [](double limit) {
+  const auto notes = [](double limit, const std::string& keys = "\"limits\"\nstiffness = 1e4") {
     const TemporaryFolder folder;
     write_bytes(folder / "arm.urdf", arm_urdf());
     write_bytes(
         folder / "scene.toml",
         "[model]\nurdf = \"arm.urdf\"\nbase = \"fixed\"\n[initial]\njoints.elbow = { velocity "
-        "= 3 }\n[[element]]\ntype = \"limits\"\nname = \"ends\"\njoint = \"elbow\"\nlower = -1\n"
-        "upper = 1\nstiffness = 1e4\n[integrator]\nmethod = \"gauss8\"\nstep = 0.01\n[run]\n"
-        "duration = 4\n[verify]\nenergy = " +
+        "= 3 }\n[[element]]\nname = \"ends\"\njoint = \"elbow\"\nlower = -1\n"
+        "upper = 1\ntype = " +
+            keys +
+            "\n[integrator]\nmethod = \"gauss8\"\nstep = 0.01\n[run]\n"
+            "duration = 4\n[verify]\nenergy = " +
             std::to_string(limit) + "\n");
     const auto s = scene::read_scene((folder / "scene.toml").string());
     std::string all;
@@ -76,6 +78,13 @@ TEST(JointLimits, ASoftLimitIsNamedWhereTheEnergyFails) {
   };
   EXPECT_TRUE(says(notes(0), "the slope of the force of 'ends' jumps where the limit begins"));
   EXPECT_FALSE(says(notes(0.9), "the slope of the force")) << "control: the energy passes";
+  // The keys that this note and the one on limits that do not act advise are those of a hard stop.
+  const std::string advised = "\"joint_stop\" with law = \"rigid\" and a restitution";
+  EXPECT_TRUE(says(notes(0), advised)) << notes(0);
+  EXPECT_TRUE(says(note_on(1, "do not act without"), "law = \"rigid\" and a restitution"));
+  const std::string hard = "\"joint_stop\"\nlaw = \"rigid\"";
+  EXPECT_FALSE(says(notes(0, hard + "\nrestitution = 0.5"), "the slope of the force"));
+  EXPECT_TRUE(says(refusal([&] { (void)notes(0, hard); }), "restitution")) << "control";
 }
 
 }  // namespace
