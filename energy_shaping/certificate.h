@@ -5,8 +5,8 @@
 
 namespace porthos::energy_shaping {
 
-/// The result for a condition of a certificate; a figure without a bound is reported. not_judged: it
-/// could not be checked, and the item's text says why.
+/// The result for a condition of a certificate; a figure without a bound is reported. not_judged:
+/// it could not be checked, and the item's text says why.
 enum class Finding { holds, fails, reported, not_judged };
 
 /// One line of a certificate: a condition with its number and bound, or a figure that is reported

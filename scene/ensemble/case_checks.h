@@ -8,8 +8,8 @@
 
 namespace porthos::scene {
 
-/// The checks of a case that do not hold, or that were not judged, as the bits of a number: bit k is
-/// that of names()[k].
+/// The checks of a case that do not hold, or that were not judged, as the bits of a number: bit k
+/// is that of names()[k].
 class CaseChecks {
  public:
   explicit CaseChecks(const Scene& scene);

@@ -35,7 +35,8 @@ std::string trace_plot(const std::vector<TracePanel>& panels, const std::string&
                        const std::string& subtitle);
 
 /// The same for print, without a title: one column of 85 mm, of more than six panels two of them,
-/// 60 mm a panel, more below a legend of many names, texts of 8 pt, lines that differ by their dashes.
+/// 60 mm a panel, more below a legend of many names, texts of 8 pt, lines that differ by their
+/// dashes.
 std::string figure(const std::vector<TracePanel>& panels);
 
 /// A line from one entry of every vector of `rows`.

@@ -401,8 +401,8 @@ TEST(Certify, SampledUse) {
   EXPECT_FALSE(certify(*loop, o).holds());
 }
 
-/// A run that breaks off decides nothing: neither it nor its rise of H_d reads as held, in any form.
-/// Control: one that finishes.
+/// A run that breaks off decides nothing: neither it nor its rise of H_d reads as held, in any
+/// form. Control: one that finishes.
 TEST(Certify, ARunThatDoesNotFinishIsNotJudged) {
   const auto loop = cart_pole({});
   auto o = options_of(*loop, {0.5, 0, 0, 0}, 20);
