@@ -34,7 +34,7 @@ void add_stop(T& E, const T& x, double lower, double upper, double k) {
 }
 
 template <class F>
-class ElasticOf final : public Elastic {
+class ElasticOf : public Elastic {
  public:
   ElasticOf(F family, ElasticTraits t) : Elastic(std::move(t)), f_(std::move(family)) {
     traits_.translation_invariant = by_deflection<F>;

@@ -254,7 +254,19 @@ TableEnergy surface(const Measurements& m) {
   return e;
 }
 
+/// With the rows of its file, for pictures.
+struct Tabulated final : ElasticOf<TableEnergy> {
+  Tabulated(TableEnergy energy, ElasticTraits traits, std::vector<MeasuredTorque> from)
+      : ElasticOf(std::move(energy), std::move(traits)), rows(std::move(from)) {}
+  std::vector<MeasuredTorque> rows;
+};
+
 }  // namespace
+
+std::vector<MeasuredTorque> measured_torques(const Elastic& energy) {
+  const auto* table = dynamic_cast<const Tabulated*>(&energy);
+  return table ? table->rows : std::vector<MeasuredTorque>{};
+}
 
 constexpr const char* no_pretension =
     "the table has no column sigma_effort: its energy at zero deflection counts as 0 at every "
@@ -279,14 +291,15 @@ ElasticPtr tabulated(const Measurements& measured, const Limits& limits, double 
   if (!errors.any()) check_stiffness(m, errors);
   if (!m.sigma_effort.empty()) check_curl(m, tolerance);
   const bool without_pretension = m.sigma.size() > 1 && m.sigma_effort.empty();
-  return make_elastic(surface(m), {.family = family,
-                                   .title = "Measured torques, splines",
-                                   .sigma = m.sigma.size() > 1 ? "as in the table" : "",
-                                   .sigma_unit = "1",
-                                   .limits = l,
-                                   .measured_from = m.deflection.front(),
-                                   .measured_to = m.deflection.back(),
-                                   .remark = without_pretension ? no_pretension : ""});
+  ElasticTraits traits{.family = family,
+                       .title = "Measured torques, splines",
+                       .sigma = m.sigma.size() > 1 ? "as in the table" : "",
+                       .sigma_unit = "1",
+                       .limits = l,
+                       .measured_from = m.deflection.front(),
+                       .measured_to = m.deflection.back(),
+                       .remark = without_pretension ? no_pretension : ""};
+  return std::make_shared<Tabulated>(surface(m), std::move(traits), measured.rows);
 }
 
 }  // namespace porthos::vsa

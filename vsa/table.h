@@ -18,6 +18,11 @@ struct TorqueErrors {
   std::vector<double> of(const std::vector<double>& torques) const;
 };
 
+/// A torque as it was measured.
+struct MeasuredTorque {
+  double deflection, sigma, torque;  ///< [rad], that of the table, [N m]
+};
+
 /// Columns are stored with the deflection as the fast index: value(i, j) = values[j · deflections +
 /// i].
 struct Measurements {
@@ -31,6 +36,7 @@ struct Measurements {
   double with_loop = 0;     ///< noise and half of a hysteresis loop, at the worst σ; 0: none [N m]
   double one_setting = 0;   ///< settings of σ that differ by less were taken as one, by their mean
   std::string remark = {};  ///< what is odd about it, a sentence for people; empty: nothing
+  std::vector<MeasuredTorque> rows = {};  ///< of the file, in its order; empty: not from a file
 };
 
 /// Reads columns "deflection", "torque" and, if present, "sigma" (else 0), "stiffness",
@@ -60,5 +66,8 @@ Measurements parse_measurements(const std::string& text, const std::string& path
 /// fits the table: the work around a cell of the grid, ∮ τ dφ + s dσ, is not 0
 ElasticPtr tabulated(const Measurements& m, const Limits& l = {}, double tolerance = 0.02,
                      const TorqueErrors& errors = {});
+
+/// The rows of the file that a tabulated energy is from; empty: of another one.
+std::vector<MeasuredTorque> measured_torques(const Elastic& energy);
 
 }  // namespace porthos::vsa

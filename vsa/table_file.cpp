@@ -189,7 +189,9 @@ Measurements parse_measurements(const std::string& text, const std::string& path
                                         ignored.empty() ? "" : "; it has " + ignored));
   }
   Rows rows;
+  std::vector<MeasuredTorque> as_measured;
   for (size_t i = 0; i < table.rows(); ++i) {
+    as_measured.push_back({columns[0][i], columns[1][i], columns[2][i]});
     Row row{};
     for (size_t k = 0; k < names.size(); ++k)
       if (!columns[k].empty()) row[k] = columns[k][i];
@@ -212,6 +214,7 @@ Measurements parse_measurements(const std::string& text, const std::string& path
       m->scatter = std::max(m->scatter, phs::scatter(c.x, c.y));
       m->with_loop = std::max(m->with_loop, scatter_with_loop(c));
     }
+    m->rows = std::move(as_measured);
     m->remark = with_ignored(remark_on(*m, curves, errors, path), ignored, path);
     return *m;
   }
@@ -226,6 +229,7 @@ Measurements parse_measurements(const std::string& text, const std::string& path
                     "sigma and torque alone",
                     path, there[3] ? names[3] : names[4]));
   auto m = gridded(rows, errors, path);
+  m.rows = std::move(as_measured);
   m.remark = with_ignored(m.remark, ignored, path);
   return m;
 }

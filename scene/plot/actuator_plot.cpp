@@ -9,6 +9,7 @@
 #include "scene/plot/svg.h"
 #include "scene/read/actuator.h"
 #include "vsa/catalogue.h"
+#include "vsa/table.h"
 
 namespace porthos::scene {
 namespace {
@@ -22,13 +23,17 @@ struct Curve {
 };
 
 void panel_of(Svg& svg, double left, const std::string& title, const std::vector<double>& x,
-              const std::vector<Curve>& curves, double mark) {
+              const std::vector<Curve>& curves, double mark, const Curve& rows = {}) {
   double low = 0, high = 0;
   for (const auto& c : curves)
     for (const double y : c.y) {
       low = std::min(low, y);
       high = std::max(high, y);
     }
+  for (const double y : rows.y) {
+    low = std::min(low, y);
+    high = std::max(high, y);
+  }
   if (high == low) high = low + 1;
   const double room = 0.04 * (high - low);
   low -= room;
@@ -51,6 +56,9 @@ void panel_of(Svg& svg, double left, const std::string& title, const std::vector
   for (const double side : {-mark, mark})
     if (mark < x.back())
       svg.rule(px(side), top, px(side), bottom, colour::alarm, 1, " stroke-dasharray=\"3 3\"");
+  for (size_t i = 0; i < rows.x.size(); ++i)
+    if (std::fabs(rows.x[i]) <= x.back())
+      svg.marker(0, px(rows.x[i]), py(rows.y[i]), 2, colour::soft, colour::soft);
   for (const auto& c : curves) {
     std::string line;
     for (size_t i = 0; i < c.x.size(); ++i)
@@ -99,9 +107,14 @@ std::string curves_of(const std::string& title, const vsa::Elastic& e,
     svg.text(at + 24, 46, "start", 11.5, colour::ink, label);
     at += 44 + text_width(label, 11.5);
   }
+  Curve rows;  // of a table, as they were measured
+  for (const auto& r : vsa::measured_torques(e)) {
+    rows.x.push_back(r.deflection);
+    rows.y.push_back(r.torque);
+  }
   const bool each = traits.family == "cosh";  // the limit is of each spring
   const double mark = each ? HUGE_VAL : limit;
-  panel_of(svg, 64, "holding torque [N m]", x, torque, mark);
+  panel_of(svg, 64, "holding torque [N m]", x, torque, mark, rows);
   panel_of(svg, 64 + next, "stiffness [N m/rad]", x, stiffness, mark);
   if (table) panel_of(svg, 64 + 2 * next, "energy [J]", x, energy, mark);
   return svg.finish();

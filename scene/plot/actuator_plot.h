@@ -16,7 +16,7 @@ std::string datasheet_plot(const vsa::Device& device);
 
 /// The same of an actuator of a scene, up to the limit of its deflection, else as far as it was
 /// measured, else 1 rad, for four values of σ in its range, else for the one at the start. Of a
-/// table the energy too.
+/// table the energy and the measured torques too.
 std::string spring_plot(const JointActuator& actuator);
 
 }  // namespace porthos::scene

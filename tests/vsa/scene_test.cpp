@@ -51,7 +51,8 @@ TEST_F(Scenes, StartAtTheJointsAngle) {
   EXPECT_EQ(lower.initial.x[at + 1], 0.1);
 }
 
-/// The picture of a table has its energy. Control: that of a device has torque and stiffness.
+/// The picture of a table has its energy and its three rows.
+/// Control: that of a device has neither.
 TEST_F(Scenes, ThePictureOfATableHasItsEnergy) {
   std::ofstream(folder_ / "spring.csv") << "deflection,torque\n-0.5,-1\n0,0\n0.5,1\n";
   const auto picture = [&](const std::string& actuator) {
@@ -61,7 +62,15 @@ TEST_F(Scenes, ThePictureOfATableHasItsEnergy) {
   const std::string drawn = picture(elbow + "table = \"spring.csv\"\n" + fixed);
   EXPECT_NE(drawn.find("energy [J]"), std::string::npos);
   EXPECT_NE(drawn.find("width=\"1290\""), std::string::npos) << "a third panel";
-  EXPECT_EQ(picture(qbmove + fixed + held).find("energy [J]"), std::string::npos);
+  const auto dots = [](const std::string& svg) {
+    size_t n = 0;
+    for (size_t at = 0; (at = svg.find("<circle", at)) != svg.npos; ++at) ++n;
+    return n;
+  };
+  EXPECT_EQ(dots(drawn), 3u);
+  const std::string device = picture(qbmove + fixed + held);
+  EXPECT_EQ(device.find("energy [J]"), std::string::npos);
+  EXPECT_EQ(dots(device), 0u);
 }
 
 /// offset + amplitude sin(2π f t + phase), and the note on a command that begins elsewhere.
