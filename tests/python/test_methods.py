@@ -215,6 +215,40 @@ def test_faults_of_a_method(source, tmp_path):
         kept[0](0.0, np.zeros(14))
 
 
+def test_rates_that_are_zero_at_the_start_only_refuse_no_method(source, tmp_path):
+    def second(field, t, x, h):  # Heun: half of its change is by the rates at the end
+        a = field(t, x)
+        return h / 2 * (a + field(t + h, x + h * a))
+
+    ph.add_method("own_second", second, order=2)
+    arm = source / "examples/throwing_arm/scene.toml"  # driven from rest: x' = 0 at t = 0
+    run = ph.Scene(arm, method="own_second", duration=0.1).run(out=tmp_path / "run", progress=False)
+    assert run.summary["outcome"] == "ok"
+    ph.add_method("own_second", lambda field, t, x, h: 4 * second(field, t, x, h), order=2)  # control
+    refused(lambda: ph.Scene(arm, method="own_second", duration=0.1).run(out=tmp_path / "twice", progress=False), "differs from h times the rates")
+
+
+def test_step_controls_take_a_method_by_what_it_declares(source, tmp_path):
+    def run(control, method):
+        text = f'''[model]
+            urdf = "{source}/examples/double_pendulum/double_pendulum.urdf"
+            base = "fixed"
+            [initial]
+            joints.shoulder = {{ velocity = 1.0 }}
+            [integrator]
+            method = "{method}"
+            step = 0.01
+            step_control = "{control}"
+            [run]
+            duration = 0.5'''
+        (tmp_path / "scene.toml").write_text(text)
+        return ph.Scene(tmp_path / "scene.toml").run(out=tmp_path / f"{control}_{method}", progress=False).summary["outcome"]
+
+    for control, method in (("time_transformed", "own_rk4"), ("time_transformed", "own_midpoint"), ("reversible", "own_midpoint")):
+        assert run(control, method) == "ok"
+    refused(lambda: run("reversible", "own_rk4"), 'step_control is "reversible", but own_rk4 is not symmetric, expected a symmetric method')
+
+
 def test_a_run_is_not_resumed_by_another_function_of_the_same_name(source, tmp_path):
     def made(factor):
         return lambda field, t, x, h: factor * h * field(t, x)
