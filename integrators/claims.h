@@ -49,8 +49,12 @@ double energy_defect(const std::string& method, const phs::Model& model, const p
 
 /// The order of the error after 4 h, from steps 4 h, 2 h, h, ... that are compared with each other,
 /// in 113 bits where the method has them. NaN if too few steps converge.
-double measured_order(const std::string& method, const phs::Model& model, const phs::State& start,
-                      double h);
+struct MeasuredOrder {
+  double order;
+  double coarse = 0, fine = 0;  ///< the steps between whose errors it was found [s]
+};
+MeasuredOrder measured_order(const std::string& method, const phs::Model& model,
+                             const phs::State& start, double h);
 
 /// One claim of a method, as it shows on a system.
 struct ClaimResult {
@@ -59,6 +63,7 @@ struct ClaimResult {
   double measured = 0;   ///< the defect; of the order, the order
   double bound = 0;      ///< the largest defect, the smallest order of what holds
   std::string why_not = {};  ///< why it could not be measured; empty if it was
+  std::string how = {};      ///< what was compared: "after 20 steps forth and 20 back"
   /// Whether what is declared shows, or cannot be measured on such a system. False where the steps
   /// break down.
   bool holds() const;
@@ -70,7 +75,7 @@ struct ClaimReport {
   double step = 0;  ///< [s]
   std::vector<ClaimResult> claims;
   bool holds() const;  ///< all declared claims do
-  /// One line for each claim: declared, measured, bound, verdict.
+  /// One line for each claim: declared, measured, bound, verdict. A sentence for each that fails.
   std::string text() const;
 };
 

@@ -10,6 +10,7 @@
 #include "scene/files/files.h"
 #include "scene/files/text_table.h"
 #include "scene/run/provenance.h"
+#include "scene/run/verdict.h"
 
 namespace porthos::scene {
 namespace {
@@ -229,10 +230,18 @@ std::string comparison_table(const Scene& scene, const Comparison& c) {
         "note     not in the advice, since any step keeps their energy (judge them by the "
         "trajectory): {}\n",
         exact);
-  if (const auto not_believed = names_of(Comparison::contradicted); !not_believed.empty())
+  if (const auto not_believed = names_of(Comparison::contradicted); !not_believed.empty()) {
+    double worst = 0;
+    for (const auto& m : c.methods)
+      if (Comparison::contradicted(m))
+        for (const auto& t : m.trials)
+          if (t.complete()) worst = std::fmax(worst, t.report.energy.max_rel_error);
     text += fmt::format(
-        "note     declared to keep the energy with any step, and these trials do not: {}\n",
-        not_believed);
+        "note     declared to keep the energy with any step, and these trials do not: {} (errors "
+        "up "
+        "to {:.2g}, expected below {:g})\n",
+        not_believed, worst, no_exact_energy);
+  }
   for (const auto& m : c.methods)
     if (const auto order = c.order_below_declared(m))
       text += fmt::format("note     {} is declared of order {}, and these trials show {:.1f}\n",

@@ -43,9 +43,9 @@ class Judge {
     }
     if (kept_.contradicted && r_.outcome == Outcome::ok)
       r_.notes.push_back(
-          fmt::format("{} is declared to keep the energy with any step, and its error is {:.2g}: "
-                      "the declaration is not believed",
-                      method_.name, r_.energy.max_rel_error));
+          fmt::format("{} is declared to keep the energy with any step, and its error is {:.2g}, "
+                      "expected below {:g}: the declaration is not believed",
+                      method_.name, r_.energy.max_rel_error, no_exact_energy));
     check("energy", limits_.energy, r_.energy.max_rel_error,
           !kept_.energy && !next_to_nothing_moves(r_.energy));
     momenta();
@@ -129,9 +129,9 @@ class Judge {
       if ((c.name == "angular_momentum" || c.name == "quaternion_norm") && !c.pass &&
           c.value > no_rounding)
         r_.notes.push_back(fmt::format(
-            "{} is declared to keep quadratic invariants with any step, and {} is off by {:.2g}: "
-            "the declared quadratic_invariants is contradicted",
-            method_.name, c.name, c.value));
+            "{} is declared to keep quadratic invariants with any step, and {} is off by {:.2g}, "
+            "expected at most {:g}: the declared quadratic_invariants is contradicted",
+            method_.name, c.name, c.value, no_rounding));
   }
   void constraints() {
     if (meter_.constraint_rows() == 0)
@@ -216,7 +216,9 @@ bool next_to_nothing_moves(const EnergyReport& e) {
   return parts < 0x1p-40 * std::fabs(e.initial_J) && e.scale_J == std::fabs(e.initial_J);
 }
 
-bool contradicts_exact_energy(const RunReport& r) { return !(r.energy.max_rel_error < 1e-8); }
+bool contradicts_exact_energy(const RunReport& r) {
+  return !(r.energy.max_rel_error < no_exact_energy);
+}
 
 bool Limits::any() const {
   for (const auto& limit : {energy, linear_momentum, angular_momentum, quaternion_norm, balance,

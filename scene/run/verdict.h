@@ -24,8 +24,10 @@ void judge_beside(RunReport& report, const Scene& scene, const Assembly& assembl
 /// Why a run ended early, and what may help.
 std::string ending(const RunReport& report);
 
-/// Whether the energy error of a run, 1e-8 or more, contradicts a method's claim to keep the energy
-/// with any step.
+/// The least relative energy error that contradicts a method's claim to keep the energy with any
+/// step.
+inline constexpr double no_exact_energy = 1e-8;
+/// Whether the energy error of a run does.
 bool contradicts_exact_energy(const RunReport& report);
 
 /// Whether the motion has less than 2^-40 of the energy at the start, to which the errors are

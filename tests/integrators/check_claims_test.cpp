@@ -45,6 +45,10 @@ TEST(CheckClaims, FalseOnesAreTold) {
     EXPECT_FALSE(r.holds()) << claim;
     for (const auto& c : r.claims) EXPECT_EQ(c.holds(), c.claim != claim) << r.text();
     EXPECT_NE(r.text().find("FAILS"), std::string::npos);
+    EXPECT_NE(r.text().find("\n" + std::string(claim) + ": declared, measured a defect of "),
+              std::string::npos)
+        << r.text();
+    EXPECT_NE(r.text().find(of(r, claim).how + ", expected at most"), std::string::npos);
   };
   for (const size_t on : {0, 2}) {
     refuted("symplectic", &Declaration::symplectic, on);
@@ -56,8 +60,22 @@ TEST(CheckClaims, FalseOnesAreTold) {
   const auto r = report("liar", problem(0));
   EXPECT_FALSE(of(r, "order").holds()) << r.text();
   EXPECT_NEAR(of(r, "order").measured, 4, 0.2);
+  // The steps are those of the measurement: the fine one is half of the coarse one.
+  double measured = 0, coarse = 0, fine = 0, expected = 0;
+  const std::string told = r.text().substr(r.text().find("order: declared 5"));
+  ASSERT_EQ(std::sscanf(told.c_str(),
+                        "order: declared 5, measured %lf from the errors of steps %lf s and %lf s, "
+                        "expected at least %lf",
+                        &measured, &coarse, &fine, &expected),
+            4)
+      << told;
+  EXPECT_NEAR(measured, 4, 0.2);
+  EXPECT_NEAR(coarse, 2 * fine, 1e-5 * coarse);
+  EXPECT_LT(coarse, 4 * problem(0).h);
+  EXPECT_EQ(expected, 4.5);
   add_liar("liar", [](Declaration&) {});
   EXPECT_TRUE(report("liar", problem(0)).holds()) << "control: what rk4 claims";
+  EXPECT_EQ(report("liar", problem(0)).text().find("expected at"), std::string::npos);
   EXPECT_EQ(report("liar", problem(0)).text().find("FAILS"), std::string::npos);
 }
 

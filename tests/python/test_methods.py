@@ -86,9 +86,10 @@ def test_a_claim_that_the_trials_contradict_is_not_believed(source, tmp_path):
     ph.add_method("own_liar", rk4, order=4, symmetric=True, symplectic=True, energy_exact=True)
     scene = ph.Scene(source / "examples/double_pendulum/scene.toml", method="own_liar", step=0.02, duration=2)
     note = "own_liar is declared to keep the energy with any step, and its error is "
-    assert any(n.startswith(note) for n in scene.run(out=tmp_path / "run").notes)
+    told = [n for n in scene.run(out=tmp_path / "run").notes if n.startswith(note)]
+    assert len(told) == 1 and told[0].endswith(", expected below 1e-08: the declaration is not believed"), told
     text = str(ph.compare(source / "examples/double_pendulum/scene.toml", methods=["own_liar"], duration=2, budget=2))
-    assert "declared to keep the energy with any step, and these trials do not: own_liar" in text
+    assert "declared to keep the energy with any step, and these trials do not: own_liar (errors up to " in text and ", expected below 1e-08)" in text
     assert "not in the advice" not in text
     honest = ph.Scene(source / "examples/double_pendulum/scene.toml", method="own_rk4", step=0.02, duration=2)
     assert not any("declared" in n for n in honest.run(out=tmp_path / "honest").notes)
@@ -110,7 +111,7 @@ def test_an_order_and_invariants_that_the_trials_contradict_are_told(source, tmp
         ph.add_method("own_turning", heun, order=2, quadratic_invariants=claim)
         scene = ph.Scene(source / "examples/dzhanibekov/scene.toml", method="own_turning", step=0.01, duration=2)
         notes.append([n for n in scene.run(out=tmp_path / str(claim), progress=False).notes if "quadratic_invariants is contradicted" in n])
-    assert any(n.startswith("own_turning is declared to keep quadratic invariants with any step, and angular_momentum is off by") for n in notes[0]) and not notes[1]
+    assert any(n.startswith("own_turning is declared to keep quadratic invariants with any step, and angular_momentum is off by") and "expected at most 1e-09" in n for n in notes[0]) and not notes[1]
 
 
 def test_what_a_method_needs_of_a_system(source, pendulum):
