@@ -61,7 +61,8 @@ int plot_command(const Arguments& a) {
         fmt::format("--to is {:g} s, expected more than --from {:g} s", span.to, span.from));
   const auto documents = scene::figures(folder, *a.what, span);
   for (size_t k = 0; k < documents.size(); ++k) {
-    fs::path file = out;  // each phase has its own
+    if (documents[k].empty()) continue;  // a phase outside of the span
+    fs::path file = out;                 // each phase has its own
     if (documents.size() > 1)
       file.replace_filename(
           fmt::format("{}_{}{}", out.stem().string(), k + 1, out.extension().string()));

@@ -14,6 +14,7 @@
 #include "scene/plot/plot.h"
 #include "scene/run/columns.h"
 #include "scene/session/detail/summary-inl.h"
+#include "scene/session/span-inl.h"
 
 namespace porthos::scene {
 namespace {
@@ -244,46 +245,6 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what,
                                     what, nearest(what, Names(known.begin(), known.end())), list));
 }
 
-/// What of a line lies in a span, at no more records than a picture of the whole has.
-TraceLine cut(const TraceLine& l, const TimeSpan& span) {
-  TraceLine part{l.name, {}, {}, l.stroke};
-  std::vector<size_t> inside;
-  for (size_t i = 0; i < l.t.size(); ++i)
-    if (l.t[i] >= span.from && l.t[i] <= span.to) inside.push_back(i);
-  for (const auto k : evenly(std::int64_t(inside.size()), most_of_motion)) {
-    const size_t i = inside[size_t(k)];
-    part.t.push_back(l.t[i]);
-    part.value.push_back(l.value[i]);
-    if (!l.low.empty()) part.low.push_back(l.low[i]);
-  }
-  if (l.stroke != Stroke::limit || l.t.empty()) return part;
-  part.t = {std::max(l.t.front(), span.from), std::min(l.t.back(), span.to)};
-  part.value = l.value;
-  return part;
-}
-
-/// Panels in a span. @throws InvalidArgument if no line has two points there
-std::vector<TracePanel> cut(std::vector<TracePanel> panels, const TimeSpan& span) {
-  if (span.whole()) return panels;
-  double first = HUGE_VAL, last = -HUGE_VAL;
-  size_t most = 0;
-  for (TracePanel& p : panels)
-    for (TraceLine& l : p.lines) {
-      if (l.stroke != Stroke::limit && !l.t.empty()) {
-        first = std::min(first, l.t.front());
-        last = std::max(last, l.t.back());
-      }
-      l = cut(l, span);
-      if (l.stroke != Stroke::limit) most = std::max(most, l.t.size());
-    }
-  if (most < 2)
-    throw InvalidArgument(
-        fmt::format("from {:g} to {:g} s there are {} records, expected two or more of {:g} to "
-                    "{:g} s",
-                    span.from, span.to, most, first, last));
-  return panels;
-}
-
 /// Panels of many lines as several below each other, as readable as the screen's.
 std::vector<TracePanel> split(const std::vector<TracePanel>& panels) {
   std::vector<TracePanel> all;
@@ -327,13 +288,23 @@ std::vector<std::string> figures(const fs::path& folder, const std::string& what
     const bool states =
         title == "states" || title == "momenta" || (what != "motion" && !has_scene(folder));
     const Motion motion = states ? states_in(folder, most) : motion_in(folder, most);
-    return {figure(split(cut(named(motion, what, states ? "states" : "motion"), span)))};
+    Found found;
+    const auto panels =
+        cut(named(motion, what, states ? "states" : "motion"), span, most_of_motion, found);
+    refuse_fewer_than_two(found, span);
+    return {figure(split(panels))};
   }
   std::vector<std::string> all;
+  Found found;  // in all phases
   for (const fs::path& part : parts_of(folder))
     all.push_back(of_summary(part, [&](const Json& s) {
-      return figure(cut({balance_panel(part, s, title, span)}, span));
+      Found here;
+      const auto panels = cut({balance_panel(part, s, title, span)}, span, most_of_motion, here);
+      found = {std::min(found.first, here.first), std::max(found.last, here.last),
+               std::max(found.most, here.most)};
+      return here.most > 1 ? figure(panels) : std::string();
     }));
+  refuse_fewer_than_two(found, span);
   return all;
 }
 

@@ -24,8 +24,8 @@ struct TimeSpan {
 /// motion by its name with or without the unit ("rates of joints") or by a beginning that no other
 /// has, "motion" (all of them), or a line of it by its name; "states", of a system made in code a
 /// panel or a line of states_in() too.
-/// One document for each phase, but of the motion and the states one for all. span: of no more
-/// records than a picture of the whole has.
+/// One document for each phase, empty where a phase has no records in the span, but of the motion
+/// and the states one for all. span: of no more records than a picture of the whole has.
 /// @throws InvalidArgument as motion_in(), and for a name that is none, with the list of those
 /// there are and the nearest; for a span without records
 std::vector<std::string> figures(const std::filesystem::path& folder, const std::string& what,

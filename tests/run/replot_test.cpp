@@ -80,6 +80,27 @@ TEST(Replot, TheMotionIsThatOfTheRunInEveryPhase) {
                    "residual, joints, rates of joints or a line"));
   EXPECT_NE(scene::figures(folder / "out", "shoulder")[0].find(">shoulder [rad]<"),
             std::string::npos);
+  // A part of the run: the phases in it keep their place, and only records of none are refused.
+  const double end = scene::motion_in(folder / "out/phase_1", 20).panels[0].lines[0].t.back();
+  const double last = scene::motion_in(folder / "out", 20).panels[0].lines[0].t.back();
+  for (const char* what : {"energies", "residual"}) {
+    const auto late = scene::figures(folder / "out", what, {end + 0.01, last});
+    ASSERT_EQ(late.size(), 2u);
+    EXPECT_EQ(late[0], "") << what;
+    EXPECT_NE(late[1], "") << what;
+    EXPECT_NE(scene::figures(folder / "out", what, {0, last})[0], "") << "control";
+    EXPECT_TRUE(says(refusal([&] {
+                       scene::figures(folder / "out", what, {2 * last, 3 * last});
+                     }),
+                     fmt::format("expected two or more of 0 to {:g} s", last)));
+  }
+  // The elbow is locked in the second: a panel of it alone has nothing to show.
+  EXPECT_TRUE(says(refusal([&] {
+                     scene::figures(folder / "out", "elbow", {end + 0.01, last});
+                   }),
+                   "there are 0 records"));
+  EXPECT_NE(scene::figures(folder / "out", "elbow", {0, last})[0].find(">elbow"),
+            std::string::npos);
   // A phase by itself is that part of the whole.
   const auto second = scene::motion_in(folder / "out/phase_2", 20);
   EXPECT_EQ(line(second, "joints [rad]", "shoulder"),
