@@ -93,6 +93,15 @@ void check_limits(const ClosedLoop& loop, const std::vector<double>& limits) {
                       j, limits[j]));
 }
 
+/// After a step to t that failed, or that left H_d without a value.
+static std::string why_it_broke_off(const ClosedLoop& loop, const std::vector<double>& x, double t,
+                                    integrators::Outcome outcome) {
+  const std::string why = loop.hindrance(x);
+  if (!why.empty()) return fmt::format("at {:.6g} s {}", t, why);
+  if (outcome != integrators::Outcome::ok) return integrators::to_string(outcome);
+  return fmt::format("H_d is no finite number after the step to {:g} s", t);
+}
+
 Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOptions& o) {
   const phs::Model& plant = o.plant ? *o.plant : loop.plant();
   require_size("start state", x0.size(), size_t(loop.description().nx));
@@ -151,12 +160,7 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
     const double next = law->hamiltonian(s.x);
     if (outcome != integrators::Outcome::ok || !std::isfinite(next)) {
       run.finished = false;
-      const std::string why = loop.hindrance(s.x);
-      const double t = double(s.step) * o.step;
-      run.outcome = !why.empty() ? fmt::format("at {:.6g} s {}", t, why)
-                    : outcome == integrators::Outcome::ok
-                        ? fmt::format("H_d is no finite number after the step to {:g} s", t)
-                        : integrators::to_string(outcome);
+      run.outcome = why_it_broke_off(loop, s.x, double(s.step) * o.step, outcome);
       break;
     }
     run.rise = std::max(run.rise, next - H);
