@@ -93,14 +93,18 @@ void check_limits(const ClosedLoop& loop, const std::vector<double>& limits) {
                       j, limits[j]));
 }
 
+namespace {
+
 /// After a step to t that failed, or that left H_d without a value.
-static std::string why_it_broke_off(const ClosedLoop& loop, const std::vector<double>& x, double t,
-                                    integrators::Outcome outcome) {
+std::string why_it_broke_off(const ClosedLoop& loop, const std::vector<double>& x, double t,
+                             integrators::Outcome outcome) {
   const std::string why = loop.hindrance(x);
   if (!why.empty()) return fmt::format("at {:.6g} s {}", t, why);
   if (outcome != integrators::Outcome::ok) return integrators::to_string(outcome);
   return fmt::format("H_d is no finite number after the step to {:g} s", t);
 }
+
+}  // namespace
 
 Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOptions& o) {
   const phs::Model& plant = o.plant ? *o.plant : loop.plant();
