@@ -183,6 +183,8 @@ console.log("motion");
     return { jump, most };
   });
   expect(path.jump < 0.05 * path.most, `the path goes on across events: largest step ${path.jump.toExponential(1)} m of ${path.most.toExponential(1)} m`);
+  const spans = await tab.evaluate(() => [...document.querySelectorAll("#motion [role=group]")].map((e) => e.getAttribute("aria-label")));
+  expect(["Path of target, 0 to 20 s", "Path of base, 0 to 400 s"].every((s) => spans.includes(s)), `a body that is soon caught has axes of its own time: ${spans.filter((s) => s.startsWith("Path")).join("; ")}`);
   await tab.close();
 }
 {

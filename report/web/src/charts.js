@@ -24,17 +24,27 @@ const logRange = (most) => (u, low, high) => {
   return [10 ** Math.min(bottom, top - 2), 10 ** top];
 };
 
+/** The records [from, to) with values, where a body or a joint is there for less than a fifth of the time; else all. */
+function recorded(t, lines, from) {
+  const there = (i) => lines.some((l) => Number.isFinite(l.v[i]));
+  let first = from, end = t.length;
+  while (first < end && !there(first)) first += 1;
+  while (end > first && !there(end - 1)) end -= 1;
+  return end > first && t[end - 1] - t[first] < 0.2 * (t[t.length - 1] - t[from]) ? [first, end] : [from, t.length];
+}
+
 /** o: {title, what, unit, t, lines: [{name, v, colour, width, dash, fill, hidden}], log, logTime, stacked, height, decades, note} */
 export function chart(o) {
   const box = h("div", { class: "chart" }, o.title && h("h3", {}, o.title), o.what && h("p", { class: "what" }, o.what));
-  const place = h("div", { style: `min-height:${o.height || 270}px` });  // so that the page hardly grows when it is drawn
+  const place = h("div", { role: "group", style: `min-height:${o.height || 270}px` });  // so that the page hardly grows when it is drawn
   box.append(place, o.note ? h("p", { class: "what" }, o.note) : "");
-  const last = o.t[o.t.length - 1] || 1, unit = o.logTime ? { name: "s", seconds: 1 } : timeUnit(last);
   // A logarithmic axis has no place for 0.
-  const from = o.logTime ? o.t.findIndex((x) => x > 0) : 0;
-  const x = Array.from(o.t.subarray(Math.max(0, from)), (s) => s / unit.seconds);
-  const clean = (v) => Array.from(v.subarray ? v.subarray(Math.max(0, from)) : v.slice(Math.max(0, from)),
-    (y) => (Number.isFinite(y) && (!o.log || y > 0) ? y : null));
+  const all = o.logTime ? Math.max(0, o.t.findIndex((x) => x > 0)) : 0;
+  const [from, to] = o.logTime ? [all, o.t.length] : recorded(o.t, o.lines, all);
+  const unit = o.logTime ? { name: "s", seconds: 1 } : timeUnit(o.t[to - 1] || 1);
+  const x = Array.from(o.t.subarray(from, to), (s) => s / unit.seconds);
+  if (x.length && o.title) place.setAttribute("aria-label", `${o.title}, ${short(x[0])} to ${short(x[x.length - 1])} ${unit.name}`);
+  const clean = (v) => Array.from(v.slice(from, to), (y) => (Number.isFinite(y) && (!o.log || y > 0) ? y : null));
   const data = [x, ...o.lines.map((l) => clean(l.v))];
   const entry = { box, plot: null, marker: null, unit, draw };
   function draw() {
@@ -63,7 +73,7 @@ export function chart(o) {
         ...o.lines.map((l) => ({
           label: l.name, stroke: colour(l.colour), width: l.width || 1.6, dash: l.dash, spanGaps: false, points: { show: false },
           gaps: (u, s, first, last, all) => all.map(([a, b]) => [a - 1, b + 1]),  // with the edges of the stroke that crosses them
-          show: !l.hidden, value: (u, v, s, i) => (i === null || i === undefined ? "" : short(Number(Number(l.shown ? l.shown[i + Math.max(0, from)] : v).toPrecision(4)))),
+          show: !l.hidden, value: (u, v, s, i) => (i === null || i === undefined ? "" : short(Number(Number(l.shown ? l.shown[i + from] : v).toPrecision(4)))),
           fill: l.fill ? (o.stacked ? colour(l.colour) + "33" : undefined) : undefined,
         })),
       ],
