@@ -1,5 +1,7 @@
 #include "mechanics/hamiltonian_field-inl.h"
 
+#include "phs/system/linearised.h"
+
 namespace porthos::mechanics {
 
 #define PORTHOS_INSTANTIATE(T)                                                             \
@@ -9,8 +11,7 @@ namespace porthos::mechanics {
   template void rates_from_momenta<T>(const Mechanism&, Workspace<T>&, std::span<const T>, \
                                       std::span<const T>);
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
-PORTHOS_INSTANTIATE(phs::BasicDual<phs::Pack4>)  // of second derivatives
-PORTHOS_INSTANTIATE(phs::BasicDual<phs::Pack8>)
+PORTHOS_INSTANTIATE(phs::WideDual)  // of second derivatives
 #undef PORTHOS_INSTANTIATE
 
 }  // namespace porthos::mechanics

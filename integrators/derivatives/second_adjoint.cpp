@@ -8,8 +8,8 @@ namespace porthos::integrators {
 namespace {
 
 class CollocationSecond final : public SecondAdjoint {
-  using Lanes = phs::Pack<double, stage_lanes>;
-  using Duals = phs::BasicDual<Lanes>;
+  using Duals = phs::WideDual;
+  using Lanes = decltype(Duals::v);
 
  public:
   CollocationSecond(const phs::Model& model, const StepPieces& pieces)
@@ -25,7 +25,7 @@ class CollocationSecond final : public SecondAdjoint {
         f_(n_),
         out_(n_) {
     for (size_t i = 0; i < weights_.size(); i += stage_lanes)
-      fields_.push_back(phs::linearise_in_duals<Lanes>(model));
+      fields_.push_back(phs::linearise_in_duals(model));
     gradient_.resize(adjoint_->parameters().size());
   }
 

@@ -4,6 +4,7 @@
 
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/passes-inl.h"
+#include "phs/system/linearised.h"
 
 namespace porthos::mechanics {
 namespace tangent_detail {
@@ -318,9 +319,11 @@ void FieldTangent<T>::add_inertial_gradient(const T& weight, Out gradient) {
 }
 
 #define PORTHOS_INSTANTIATE(T) template class FieldTangent<T>;
-PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
-PORTHOS_INSTANTIATE(phs::BasicDual<phs::Pack4>)
-PORTHOS_INSTANTIATE(phs::BasicDual<phs::Pack8>)
+PORTHOS_INSTANTIATE(double)
+PORTHOS_INSTANTIATE(phs::Quad)
+PORTHOS_INSTANTIATE(phs::Pack4)
+PORTHOS_INSTANTIATE(phs::Pack8)
+PORTHOS_INSTANTIATE(phs::WideDual)
 #undef PORTHOS_INSTANTIATE
 
 }  // namespace porthos::mechanics

@@ -207,8 +207,7 @@ std::vector<double> energy_by_parameters(const Mechanism& m, std::span<const dou
 PORTHOS_INSTANTIATE(double)
 PORTHOS_INSTANTIATE(phs::Pack4)
 PORTHOS_INSTANTIATE(phs::Pack8)
-PORTHOS_INSTANTIATE(phs::BasicDual<phs::Pack4>)
-PORTHOS_INSTANTIATE(phs::BasicDual<phs::Pack8>)
+PORTHOS_INSTANTIATE(phs::WideDual)
 #undef PORTHOS_INSTANTIATE
 
 }  // namespace porthos::mechanics

@@ -54,13 +54,11 @@ requires is_pack<T> BasicDual<T> value_at(const Function& f, const BasicDual<T>&
 }
 
 template <class T>
-std::unique_ptr<Linearised<T>> linearised_member(const Model& m, T) {
-  return linearise<T>(m);
-}
-template <class T>
-requires is_pack<T> std::unique_ptr<Linearised<BasicDual<T>>> linearised_member(const Model& m,
-                                                                                BasicDual<T>) {
-  return linearise_in_duals<T>(m);
+std::unique_ptr<Linearised<T>> linearised_member(const Model& m) {
+  if constexpr (std::is_same_v<T, WideDual>)
+    return linearise_in_duals(m);
+  else
+    return linearise<T>(m);
 }
 
 template <class T>
@@ -80,7 +78,7 @@ class NetworkLinearised final : public Linearised<T> {
         laws_(plan.laws.size()),
         sources_(plan.sources.size()) {
     for (const Plan::Member& m : p_.members) {
-      members_.push_back(linearised_member(*m.model, T(0.0)));
+      members_.push_back(linearised_member<T>(*m.model));
       for (int i = 0; i < m.nu; ++i) {
         const Plain own = members_.back()->input(i);
         if (own.momentum >= 0) plain_[size_t(m.u + i)] = {own.rate + m.x, own.momentum + m.x};
@@ -226,8 +224,7 @@ std::unique_ptr<Linearised<T>> make_network_linearised(const Network::Plan& plan
 PORTHOS_INSTANTIATE(double)
 PORTHOS_INSTANTIATE(Pack4)
 PORTHOS_INSTANTIATE(Pack8)
-PORTHOS_INSTANTIATE(BasicDual<Pack4>)
-PORTHOS_INSTANTIATE(BasicDual<Pack8>)
+PORTHOS_INSTANTIATE(WideDual)
 #undef PORTHOS_INSTANTIATE
 
 }  // namespace porthos::phs

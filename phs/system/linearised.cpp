@@ -86,8 +86,8 @@ std::unique_ptr<Linearised<T>> linearise(const Model& model) {
   return std::make_unique<ByDuals<T>>(model);
 }
 
-template <class T>
-std::unique_ptr<Linearised<BasicDual<T>>> linearise_in_duals(const Model& model) {
+std::unique_ptr<Linearised<WideDual>> linearise_in_duals(const Model& model) {
+  using T = decltype(WideDual::v);
   require_smooth(model);
   const auto system = model.instantiate<T>();
   if (auto* own = dynamic_cast<Differentiable<T>*>(system.get()))
@@ -104,7 +104,5 @@ PORTHOS_INSTANTIATE(double)
 PORTHOS_INSTANTIATE(Pack4)
 PORTHOS_INSTANTIATE(Pack8)
 #undef PORTHOS_INSTANTIATE
-template std::unique_ptr<Linearised<BasicDual<Pack4>>> linearise_in_duals<Pack4>(const Model&);
-template std::unique_ptr<Linearised<BasicDual<Pack8>>> linearise_in_duals<Pack8>(const Model&);
 
 }  // namespace porthos::phs

@@ -51,11 +51,14 @@ class Linearised {
   std::vector<std::string> none_;
 };
 
+/// Duals over as many lanes as a machine register holds, of four or eight: the scalar of second
+/// derivatives.
+using WideDual = BasicDual<Pack<double, (native_lanes >= 8 ? 8 : 4)>>;
+
 /// The scalars of Linearised.
 template <class T>
-inline constexpr bool has_linearised = std::is_same_v<T, double> || is_pack<T>;
-template <class T>
-inline constexpr bool has_linearised<BasicDual<T>> = is_pack<T>;
+inline constexpr bool has_linearised =
+    std::is_same_v<T, double> || is_pack<T> || std::is_same_v<T, WideDual>;
 
 /// A second base class of an evaluator (System<T>) with a derivative that is cheaper than duals.
 template <class T>
@@ -76,10 +79,9 @@ template <class T>
 std::unique_ptr<Linearised<T>> linearise(const Model& model);
 
 /// The derivative of a model's field in duals over lanes, for second derivatives: at x + ε δ the
-/// second part of Dfᵀλ is (D²f δ)ᵀ λ. T: Pack4 or Pack8. The model must outlive it.
+/// second part of Dfᵀλ is (D²f δ)ᵀ λ. The model must outlive it.
 /// @throws InvalidArgument as linearise(); for a system that has no derivative of its own
-template <class T>
-std::unique_ptr<Linearised<BasicDual<T>>> linearise_in_duals(const Model& model);
+std::unique_ptr<Linearised<WideDual>> linearise_in_duals(const Model& model);
 
 /// The derivative of a model's field by duals, whatever the system offers.
 template <class T>
