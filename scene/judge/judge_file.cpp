@@ -14,6 +14,7 @@
 #include "scene/judge/detail/centre_course.h"
 #include "scene/judge/detail/hints.h"
 #include "scene/judge/detail/rows.h"
+#include "scene/judge/detail/turns.h"
 #include "scene/judge/detail/work_error.h"
 #include "scene/run/cpu_clock.h"
 #include "scene/run/ledger.h"
@@ -242,6 +243,7 @@ RunReport judge_file(const JudgeOptions& o) {
   integrators::Declaration method;
   method.name = scene.method;
   judge(r, scene, method, meter);
+  judge_turns(r, trajectory, rows, *a.model, r.final_state);
   note_one_row(r, rows, errors);
   judge_works(r, trajectory, map.torque_between, {rows, own.net(), errors});
   if (centre_out) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "scene/judge/detail/trajectory.h"
+#include "scene/judge/detail/turns.h"
 #include "scene/judge/detail/work_error.h"
 
 namespace porthos::scene {
@@ -125,17 +126,6 @@ double error_if(const Trajectory& trajectory, Between now, Between other, const 
   return most;
 }
 
-/// The checks of the energy that fail are told to be undecided.
-void set_aside(RunReport& r, const std::string& why) {
-  std::erase_if(r.checks, [&](const Check& c) {
-    const bool set = !c.pass && (c.name == "energy" || c.name == "balance");
-    if (set)
-      r.not_applicable.push_back(
-          {c.name, fmt::format("{:.2g} exceeds {:.2g}, but {}", c.value, c.limit, why), true});
-    return set;
-  });
-}
-
 }  // namespace
 
 void judge_works(RunReport& r, const Trajectory& trajectory, Between between,
@@ -152,12 +142,13 @@ void judge_works(RunReport& r, const Trajectory& trajectory, Between between,
     if (is_bad && e.max_abs_error_J <= few * unknown) {
       note += fmt::format(": the energy's error is within {:g} times that and tells no drift", few);
       e.drift_is_significant = false;
-      set_aside(r, fmt::format("the rows tell the works between them to {:.2g} relative only: "
-                               "expected more rows{}",
-                               unknown / e.scale_J,
-                               between == Between::linear
-                                   ? ", or torque_between = \"smooth\" if the torque is smooth"
-                                   : ""));
+      set_aside(r, {"energy", "balance"},
+                fmt::format("the rows tell the works between them to {:.2g} relative only: "
+                            "expected more rows{}",
+                            unknown / e.scale_J,
+                            between == Between::linear
+                                ? ", or torque_between = \"smooth\" if the torque is smooth"
+                                : ""));
     }
     r.notes.push_back(note);
   }

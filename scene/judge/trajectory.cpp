@@ -15,9 +15,6 @@ using mechanics::JointCoordinates;
 using mechanics::Vec3d;
 using phs::BlockKind;
 
-/// Between two rows; more is no motion, and their sum would not fit an integer.
-constexpr double most_turns = 1e9;
-
 /// The columns of one coordinate: by the map, otherwise by the names of Porthos.
 class Finder {
  public:
@@ -102,9 +99,11 @@ Trajectory::Trajectory(const TrajectoryTable& table, const TrajectoryMap& map, c
       lost_(size_t(m_.angle_count())) {
   require_known_coordinates(map, m_);
   const Finder finder(table, map);
+  size_t angle = 0;
   for (const auto& c : m_.coordinates()) {
-    Columns k{c, finder.find(map.q, "q", c, c.nq), {}, {}, {}};
+    Columns k{c, finder.find(map.q, "q", c, c.nq), {}, {}, {}, {}};
     if (k.q.empty()) missing(c, "q");
+    if (c.kind == BlockKind::angle) find_turns(k, angle++);
     if (map.v.count(c.name) || !map.p.count(c.name)) k.v = finder.find(map.v, "v", c, c.nv);
     if (k.v.empty()) k.p = finder.find(map.p, "p", c, c.nq);
     if (k.v.empty() && k.p.empty()) missing(c, "v");
@@ -148,7 +147,7 @@ Trajectory::Row Trajectory::row(const phs::Description& d, size_t i, double h, b
   for (const Columns& k : columns_)
     if (k.c.kind == BlockKind::rotation) normalise(&q[size_t(k.c.q)], i);
   if (by_rates_) turn_rates(q, v);
-  if (i > 0) follow(i, h);
+  follow(i, h);
   r.world = state(d, model_.state(q, v), i);
   if (centre_out) {
     r.centre = take_centre_out(m_, q, v);
@@ -202,28 +201,6 @@ phs::State Trajectory::state(const phs::Description& d, Numbers x, size_t i) con
   return s;
 }
 
-void Trajectory::follow(size_t i, double h) {
-  size_t turn = 0;
-  for (const Columns& k : columns_) {
-    if (k.c.kind != BlockKind::angle) continue;
-    const double step = k.q[0][i] - k.q[0][i - 1];
-    const double turns = (distance(k, i, h) - step) / phs::two_pi_hi;
-    if (!(std::fabs(turns) + std::fabs(k.q[0][i]) < most_turns))
-      throw InvalidArgument(fmt::format(
-          "{}: the angle of '{}' is {:g} rad and turns {:g} times since the row before it, "
-          "expected less than {:g}",
-          table_.at(i), k.c.name, k.q[0][i], turns, most_turns));
-    lost_[turn++] += std::llround(turns);
-  }
-}
-
-double Trajectory::distance(const Columns& k, size_t i, double h) const {
-  const double step = k.q[0][i] - k.q[0][i - 1];
-  if (k.c.kind != BlockKind::angle) return step;
-  const double expected = 0.5 * h * (k.v[0][i - 1] + k.v[0][i]);
-  return step + phs::two_pi_hi * std::round((expected - step) / phs::two_pi_hi);
-}
-
 std::vector<std::string> Trajectory::joints() const {
   std::vector<std::string> all;
   for (const Columns& k : columns_)
@@ -238,12 +215,16 @@ bool Trajectory::has(BlockKind kind) const {
 Trajectory Trajectory::in_units(const Units& units) const {
   Trajectory other(*this);
   other.lost_.assign(lost_.size(), 0);
+  size_t angle = 0;
   const auto multiply = [](std::vector<Numbers>& all, double by) {
     for (Numbers& column : all)
       for (double& x : column) x *= by;
   };
   for (Columns& k : other.columns_) {
-    if (k.c.kind == BlockKind::angle) multiply(k.q, units.angles);
+    if (k.c.kind == BlockKind::angle) {
+      multiply(k.q, units.angles);
+      find_turns(k, angle++);
+    }
     if (k.c.kind == BlockKind::linear) multiply(k.q, units.lengths);
     multiply(k.v, k.c.kind == BlockKind::angle      ? units.angle_rates
                   : k.c.kind == BlockKind::rotation ? units.attitude_rates
@@ -260,7 +241,11 @@ Trajectory Trajectory::exchanged(const std::string& a, const std::string& b, boo
     return std::find_if(other.columns_.begin(), other.columns_.end(),
                         [&](const Columns& k) { return k.c.name == name; });
   };
-  if (positions) std::swap(of(a)->q, of(b)->q);
+  if (positions) {
+    std::swap(of(a)->q, of(b)->q);
+    std::swap(of(a)->turns, of(b)->turns);
+    std::swap(of(a)->wrapped, of(b)->wrapped);
+  }
   if (rates) std::swap(of(a)->v, of(b)->v);
   return other;
 }

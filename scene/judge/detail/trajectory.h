@@ -79,6 +79,14 @@ class Trajectory {
   bool has_rates() const { return by_rates_; }
   /// The coordinates of joints of one degree of freedom.
   std::vector<std::string> joints() const;
+  /// The first row whose angle is known modulo a turn only, as it may have been given so and turns
+  /// by more than half a turn meanwhile. After all rows.
+  struct UnknownTurns {
+    size_t angle = 0, row = 0;  ///< in the order of State::turns
+    std::string name;
+    double turns = 0;  ///< that its rates reach since the row before
+  };
+  std::vector<UnknownTurns> unknown_turns(const Rows& rows) const;
   /// Whether there is a coordinate of that kind.
   bool has(phs::BlockKind kind) const;
   /// The same rows in other units: by what their numbers are multiplied.
@@ -103,13 +111,16 @@ class Trajectory {
     mechanics::JointCoordinates c;
     std::vector<Numbers> q, v, p;
     Numbers torque;
+    Numbers turns;         ///< by row, of a run of Porthos; else empty
+    bool wrapped = false;  ///< an angle that may be given modulo a turn: its rates count its turns
   };
+  void find_turns(Columns& k, size_t angle) const;
   [[noreturn]] void missing(const mechanics::JointCoordinates& c, const char* kind) const;
   void normalise(double* xi, size_t i);
   /// Rotates rates of free bases into the base's own axes: [angular; linear of its origin].
   void turn_rates(const Numbers& q, Numbers& v) const;
   phs::State state(const phs::Description& d, Numbers x, size_t i) const;
-  /// Unwraps angles that a file gives modulo 2π, by means of their rates.
+  /// Turns of the angles that a file gives modulo 2π: its own, or those that the rates tell of.
   void follow(size_t i, double h);
   std::vector<Numbers> velocity_in_world(const Columns& place) const;
   Agreement agreement_of_attitude(const Columns& k, const Rows& rows) const;
