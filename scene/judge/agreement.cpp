@@ -34,6 +34,36 @@ double unit_of(const Numbers& column) {
 /// The mean size of the difference of two numbers that are rounded to such units.
 double rounding(const Numbers& column) { return unit_of(column) / 3; }
 
+/// The worst leap of a coordinate, unless more than a third of its rows leap: another cause then.
+/// What it moves from row to row is at most that of its fastest rate, also with an impact there.
+/// @param slack  of the rounding of its numbers
+/// @param moves_to  how it moves to row i: by positions, by rates, and the difference
+template <class Moves>
+std::optional<Trajectory::Leap> leap_of(const Rows& rows, double fastest, double slack,
+                                        Moves moves_to) {
+  std::optional<Trajectory::Leap> worst;
+  size_t count = 0, held = 0;  // the row from which it is held
+  double told = 0;             // since that row
+  for (size_t i = 1; i < rows.t.size(); ++i) {
+    Trajectory::Leap one = moves_to(i);
+    const bool hole = rows.is_hole(i), still = one.moved == 0 && !hole;
+    if (!still) held = i;
+    told = still ? told + one.told : 0;
+    if (hole) continue;
+    one.from = still ? held : i - 1;
+    one.to = i;
+    one.allowed = 2 * rows.interval(i) * fastest + slack;
+    if (still) {
+      one.told = told;
+      one.off = std::fabs(told);
+    }
+    if (!(one.off > one.allowed)) continue;
+    ++count;
+    if (!worst || one.off / one.allowed > worst->off / worst->allowed) worst = one;
+  }
+  return 3 * count < rows.t.size() ? worst : std::nullopt;
+}
+
 /// Why no coordinate is checked.
 std::string why_no_rates(const Rows& rows, const std::optional<Trajectory::Agreement>& coarse) {
   bool any = false;
@@ -73,23 +103,32 @@ Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const 
   Agreement one{k.c.name};
   double rounded = 0;  // a rotation is twice the change of a quaternion
   for (const Numbers& column : k.q) rounded += 2 * rounding(column);
-  for (size_t i = 2; i + 1 < rows.t.size(); ++i) {
-    if (!rows.resolve(i)) continue;
-    const double h = rows.interval(i);
-    one.rates += norm(rate(i));
-    one.changes += norm(rate(i) - rate(i - 1));
+  double fastest = 0, angle = 0;
+  const auto moves_to = [&](size_t i) {
     const auto before = attitude(i - 1), after = attitude(i);
     const auto turn = along_world ? after * before.conj() : before.conj() * after;
-    const double sine = norm(turn.v), angle = 2 * std::atan2(sine, turn.w);
-    const Vec3d expected = (0.5 * h) * (rate(i - 1) + rate(i));
+    const bool held = std::ranges::all_of(k.q, [&](auto& x) { return x[i] == x[i - 1]; });
+    const double sine = held ? 0 : norm(turn.v);
+    angle = 2 * std::atan2(sine, turn.w);
+    const Vec3d expected = (0.5 * rows.interval(i)) * (rate(i - 1) + rate(i));
     Vec3d step{0, 0, 0};
     if (sine > 0) {
       const double hidden = dot(expected, turn.v) / sine - angle;  // turns that no quaternion shows
       step = ((angle + phs::two_pi_hi * std::round(hidden / phs::two_pi_hi)) / sine) * turn.v;
     }
-    one.hide(norm(step), angle);
-    one.way += norm(step);
-    one.off += norm(step - expected);
+    return Leap{0, 0, norm(step), norm(expected), norm(step - expected)};
+  };
+  for (size_t i = 0; i < rows.t.size(); ++i) fastest = std::max(fastest, norm(rate(i)));
+  one.leap = leap_of(rows, fastest, 6 * rounded, moves_to);
+  for (size_t i = 2; i + 1 < rows.t.size(); ++i) {
+    if (!rows.resolve(i)) continue;
+    const double h = rows.interval(i);
+    one.rates += norm(rate(i));
+    one.changes += norm(rate(i) - rate(i - 1));
+    const Leap step = moves_to(i);
+    one.hide(step.moved, angle);
+    one.way += step.moved;
+    one.off += step.off;
     // Of the rule, as below, and of the axis that turns meanwhile (Magnus 1954, second term).
     one.uncertain += h / 24 * norm(rate(i + 1) - rate(i) - rate(i - 1) + rate(i - 2)) +
                      h * h / 12 * norm(cross(rate(i - 1), rate(i))) + rounded;
@@ -130,15 +169,23 @@ std::vector<Trajectory::Agreement> Trajectory::agreements(const Rows& rows) cons
       const Numbers& v = rates[a];
       const double of_places = rounding(k.q[a]), of_rates = rounding(k.v[a]);
       Agreement one{k.c.name};
+      const auto moves_to = [&](size_t i) {
+        const double h = rows.interval(i), told = 0.5 * h * (v[i - 1] + v[i]),
+                     moved = place ? k.q[a][i] - k.q[a][i - 1] : distance(k, i, h);
+        return Leap{0, 0, moved, told, std::fabs(moved - told)};
+      };
+      double fastest = 0;
+      for (const double x : v) fastest = std::max(fastest, std::fabs(x));
+      one.leap = leap_of(rows, fastest, 6 * of_places, moves_to);
       for (size_t i = 2; i + 1 < rows.t.size(); ++i) {
         if (!rows.resolve(i)) continue;
         const double h = rows.interval(i);
         one.rates += std::fabs(v[i]);
         one.changes += std::fabs(v[i] - v[i - 1]);
-        const double step = place ? k.q[a][i] - k.q[a][i - 1] : distance(k, i, h);
-        one.way += std::fabs(step);
-        one.hide(step, k.q[a][i] - k.q[a][i - 1]);
-        one.off += std::fabs(step - 0.5 * h * (v[i - 1] + v[i]));
+        const Leap step = moves_to(i);
+        one.way += std::fabs(step.moved);
+        one.hide(step.moved, k.q[a][i] - k.q[a][i - 1]);
+        one.off += step.off;
         one.uncertain +=
             h / 24 * std::fabs(v[i + 1] - v[i] - v[i - 1] + v[i - 2]) + of_places + h * of_rates;
       }
@@ -164,6 +211,11 @@ RatesAgreement Trajectory::agreement(const Rows& rows) const {
       worst.coarse = a;
       continue;
     }
+    const auto size_of = [](const Leap& leap) { return leap.off / leap.allowed; };
+    if (a.leap && (!worst.leap || size_of(*a.leap) > size_of(*worst.leap))) {
+      worst.leap = a.leap;
+      worst.leaps = a.name;
+    }
     if (value / limit < worst.value / worst.limit) continue;
     worst.value = value;
     worst.limit = limit;
@@ -175,17 +227,29 @@ RatesAgreement Trajectory::agreement(const Rows& rows) const {
 void check_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows) {
   if (rates.name.empty()) r.not_applicable.push_back({"rates", why_no_rates(rows, rates.coarse)});
   judge_no_few_rows(r, rows);
-  if (!rates.name.empty())
-    r.checks.push_back({"rates", rates.value, rates.limit, rates.holds(), false});
+  if (rates.name.empty()) return;
+  Check check{"rates", rates.value, rates.limit, rates.holds(), false};
+  if (rates.fits() && rates.leap) {
+    const double way = std::max(std::fabs(rates.leap->moved), std::fabs(rates.leap->told));
+    check.value = rates.leap->off / way;
+    check.limit = rates.leap->allowed / way;
+  }
+  r.checks.push_back(check);
 }
 
-void note_rates(RunReport& r, const RatesAgreement& rates, bool explained) {
+void note_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows, bool explained) {
   if (rates.hidden > 0 && !explained)
     r.notes.push_back(fmt::format(
         "rates tell of up to {:.2g} turns between two rows, which angles do not show: if nothing "
         "turns that fast, are times in another unit, as milliseconds? expected seconds",
         rates.hidden));
-  if (!rates.name.empty() && !rates.holds())
+  if (rates.leap)
+    r.notes.push_back(fmt::format(
+        "'{}' moves by {:.3g} from row {} to {}, t = {:.6g} s, and its rates tell of {:.3g} there: "
+        "are rows missing, times not theirs, or values held?",
+        rates.leaps, rates.leap->moved, rates.leap->from + 1, rates.leap->to + 1,
+        rows.t[rates.leap->to], rates.leap->told));
+  if (!rates.name.empty() && !rates.fits())
     r.notes.push_back(fmt::format(
         "'{}' does not move as its rates say: {:.2g} of its way is left, expected at most {:.2g}: "
         "another unit, rates along other axes (linear_velocity_axes and angular_velocity_axes of "

@@ -254,7 +254,7 @@ RunReport judge_file(const JudgeOptions& o) {
   check_rates(r, rates, rows);
   const bool asked =
       !r.passed() && ask_about_columns(r, trajectory, {rows, d, meter, centre_out, gravity, mass});
-  note_rates(r, rates, asked);
+  note_rates(r, rates, rows, asked);
   r.cpu_s = r.wall_s = thread_cpu_now() - cpu;
   write_results(o.out, scene, a, r, log_path);
   fs::remove(log_path);

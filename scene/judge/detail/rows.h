@@ -18,11 +18,11 @@ void note_one_row(RunReport& r, const Rows& rows, const Numbers& errors);
 /// times in milliseconds or rates along other axes. The worst coordinate counts, relative to its
 /// way; five times the error of the rule that adds the rates up is no disagreement. Where this is
 /// most of the way, or rates change from row to row by more than their size, the rows are too few
-/// to tell. Fewer than four rows judge nothing.
+/// to tell. A leap between two rows fails too. Fewer than four rows judge nothing.
 void check_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows);
 
 /// Notes what disagrees.
 /// @param explained  a note has asked about units or columns: none asks about the unit of time
-void note_rates(RunReport& r, const RatesAgreement& rates, bool explained);
+void note_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows, bool explained);
 
 }  // namespace porthos::scene

@@ -55,6 +55,12 @@ class Trajectory {
   /// Norm error of the attitudes in the file, before normalisation.
   double norm_error() const { return norm_error_; }
 
+  /// A way between two rows that the rates there do not tell of, not even with an impact between.
+  struct Leap {
+    size_t from = 0, to = 0;      ///< rows; apart where the values between them are held
+    double moved = 0, told = 0;   ///< by positions, by rates
+    double off = 0, allowed = 0;  ///< their difference
+  };
   /// Positions against rates, of a joint of one freedom, an attitude or the place of a free base,
   /// over all rows but holes. Of an attitude: lengths of rotation vectors from row to row.
   struct Agreement {
@@ -64,6 +70,7 @@ class Trajectory {
     double uncertain = 0;  ///< Σ of that rule's own errors and of the rounding of the numbers
     double rates = 0, changes = 0;  ///< Σ of their sizes, and of their differences by row
     double hidden = 0;              ///< most turns between two rows that the rates alone tell of
+    std::optional<Leap> leap = {};  ///< the worst, if they are few
 
     /// A way that angles do not show, by the rates: with another unit of time it would fit too.
     void hide(double moved, double shown) {
@@ -145,7 +152,10 @@ struct RatesAgreement {
   double value = 0, limit = 0;                  ///< what the rates leave of its way, and may leave
   std::optional<Trajectory::Agreement> coarse;  ///< one whose rows are too few to tell
   double hidden = 0;                            ///< most turns between two rows, of all
-  bool holds() const { return value <= limit; }
+  std::optional<Trajectory::Leap> leap;         ///< the worst of all
+  std::string leaps;                            ///< the coordinate of that
+  bool fits() const { return value <= limit; }  ///< on the whole
+  bool holds() const { return fits() && !leap; }
 };
 
 }  // namespace porthos::scene
