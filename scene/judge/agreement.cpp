@@ -184,7 +184,7 @@ std::vector<Trajectory::Agreement> Trajectory::agreements(const Rows& rows) cons
         one.changes += std::fabs(v[i] - v[i - 1]);
         const Leap step = moves_to(i);
         one.way += std::fabs(step.moved);
-        one.hide(step.moved, k.q[a][i] - k.q[a][i - 1]);
+        one.hide(step.moved, k.wrapped ? k.q[a][i] - k.q[a][i - 1] : step.moved);
         one.off += step.off;
         one.uncertain +=
             h / 24 * std::fabs(v[i + 1] - v[i] - v[i - 1] + v[i - 2]) + of_places + h * of_rates;
@@ -238,6 +238,8 @@ void check_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows) {
 }
 
 void note_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows, bool explained) {
+  if (rates.hidden > 0 && rates.name.empty())  // with times in another unit all else may pass
+    for (auto& n : r.not_applicable) n.undecided |= n.name == "rates";
   if (rates.hidden > 0 && !explained)
     r.notes.push_back(fmt::format(
         "rates tell of up to {:.2g} turns between two rows, which angles do not show: if nothing "

@@ -25,7 +25,8 @@ struct Check {
 /// A check without meaning for this run, and the reason.
 struct NotApplicable {
   std::string name, why;
-  /// The limit is exceeded, by no more than the data leave unknown: neither a pass nor a failure.
+  /// The data do not decide it, as where a limit is exceeded by no more than they leave unknown:
+  /// neither a pass nor a failure.
   bool undecided = false;
 };
 
@@ -112,7 +113,7 @@ struct RunReport {
   std::vector<double>
       held;  ///< memory of the sampled controllers there, in the order of Model::holds()
   /// fail: the run did not reach its end, or a check does not hold. not_judged: none of the checks
-  /// could have detected a wrong motion, or a limit that is exceeded is undecided.
+  /// could have detected a wrong motion, or one is undecided.
   Verdict verdict() const;
   bool passed() const { return verdict() == Verdict::pass; }
 };

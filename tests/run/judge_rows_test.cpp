@@ -205,6 +205,29 @@ TEST_F(JudgeRows, ColumnsInAnotherOrderOrUnitAreAskedAbout) {
   EXPECT_FALSE(notes_say(doubled, degrees) || notes_say(doubled, place));
 }
 
+/// Angles modulo a turn fit rates with times in milliseconds too. Controls: seconds, true angles.
+TEST_F(JudgeRows, AnOpenQuestionAboutTheUnitOfTimeIsNotPassed) {
+  const auto in_units_of = [&](double second, bool wrapped) {
+    std::string text = "t,a,b,v.a,v.b\n";
+    for (int i = 0; i < 400; ++i) {
+      const double t = 0.1 * i, a = 2 * t;
+      text += fmt::format("{},{},{},2,1\n", second * t, wrapped ? std::remainder(a, 2 * M_PI) : a,
+                          wrapped ? std::remainder(t, 2 * M_PI) : t);
+    }
+    write_bytes(folder_ / "run.csv", text);
+    fs::remove_all(folder_ / "out");
+    return scene::judge_file({(folder_ / "run.csv").string(), (folder_ / "model.urdf").string(), "",
+                              (folder_ / "out").string()});
+  };
+  const auto late = in_units_of(1000, true);
+  EXPECT_TRUE(no_rates_as(late, "and its angles do not show them"));
+  EXPECT_TRUE(notes_say(late, "are times in another unit, as milliseconds? expected seconds"));
+  EXPECT_TRUE(std::ranges::all_of(late.checks, &scene::Check::pass));
+  EXPECT_EQ(late.verdict(), scene::Verdict::not_judged);
+  EXPECT_EQ(in_units_of(1, true).verdict(), scene::Verdict::pass);
+  EXPECT_EQ(in_units_of(1000, false).verdict(), scene::Verdict::fail);
+}
+
 /// A swing of 3.1 s in rows of 20 s: its rates are no way from row to row. Control: rows of 0.1 s.
 TEST_F(JudgeRows, RowsBeyondTheSwingAreTooFewToCheckRates) {
   const auto swing = [&](double h, double of_rates) {

@@ -53,7 +53,7 @@ export function verdict(d) {
   const failed = s.checks.filter((c) => !c.pass), pass = s.verdict === "pass", open = s.verdict === "not judged", none = s.not_applicable || [];
   const undecided = open ? none.filter((n) => n.undecided) : [];
   const what = pass ? (s.checks.length === 1 ? "The one check holds." : `All ${s.checks.length} checks hold.`)
-    : undecided.length ? `The limit of ${undecided.map((n) => checkName(n.name)).join(", ")} is exceeded, by no more than the rows leave unknown.`
+    : undecided.length ? `The rows do not decide: ${undecided.map((n) => checkName(n.name)).join(", ")}.`
     : open ? "The run reached its end, and none of its checks could have told a wrong motion from a right one."
     : failed.length ? `${failed.length} of ${s.checks.length} checks ${failed.length > 1 ? "do" : "does"} not hold: ${failed.map((c) => checkName(c.name)).join(", ")}.` : "The run did not reach its end.";
   const perStep = s.steps > 0 ? s.cpu_s / s.steps : 0;

@@ -21,7 +21,8 @@ void note_one_row(RunReport& r, const Rows& rows, const Numbers& errors);
 /// to tell. A leap between two rows fails too. Fewer than four rows judge nothing.
 void check_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows);
 
-/// Notes what disagrees.
+/// Notes what disagrees. Where a question about the unit of time is open and no coordinate could be
+/// checked, the rates are undecided.
 /// @param explained  a note has asked about units or columns: none asks about the unit of time
 void note_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows, bool explained);
 
