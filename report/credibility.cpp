@@ -11,6 +11,8 @@ namespace {
 
 constexpr const char *stated = "stated", *partly = "partly", *not_stated = "not stated";
 
+bool is_recorded(const Json& s) { return s.at("method") == "recorded"; }
+
 Json row(const char* factor, const char* stands, const std::string& text) {
   return {{"factor", factor}, {"stands", stands}, {"text", text}};
 }
@@ -57,8 +59,9 @@ Json verification(const Json& s) {
     axioms += c.at("name").get<std::string>().rfind("axiom", 0) == 0;
     symmetry |= c.at("name") == "symmetry";
   }
-  std::string text = fmt::format("{} of {} checks passed, integrated by {}. ", passed,
-                                 s.at("checks").size(), claims(s.at("method")));
+  std::string text = fmt::format("{} of {} checks passed, {}. ", passed, s.at("checks").size(),
+                                 is_recorded(s) ? "of a trajectory that another program made"
+                                                : "integrated by " + claims(s.at("method")));
   bool undecided = false;
   if (s.contains("not_applicable"))
     for (const auto& n : s.at("not_applicable")) {
@@ -68,10 +71,13 @@ Json verification(const Json& s) {
   if (s.at("verdict") == "not judged")
     text += undecided ? "The run is not judged. "
                       : "No check tells of the motion: the run is not judged. ";
-  text += axioms > 0 ? fmt::format("{} axioms of the system were tested at random states{}.",
-                                   axioms, symmetry ? ", and the way forth and back" : "")
-                     : "The axioms of the system and its symmetry in time were not tested here: "
-                       "porthos verify does.";
+  if (is_recorded(s))
+    text += "Whether the motion obeys the forces is not among them.";
+  else
+    text += axioms > 0 ? fmt::format("{} axioms of the system were tested at random states{}.",
+                                     axioms, symmetry ? ", and the way forth and back" : "")
+                       : "The axioms of the system and its symmetry in time were not tested here: "
+                         "porthos verify does.";
   return row("Verification", s.at("verdict") == "not judged" ? partly : stated, text);
 }
 
@@ -87,7 +93,11 @@ Json uncertainty(const Json& s, const Json& comparison) {
   return row("Uncertainty", partly, text + "Uncertainty of the parameters: not stated.");
 }
 
-Json robustness(const Json& comparison) {
+Json robustness(const Json& s, const Json& comparison) {
+  if (is_recorded(s))
+    return row("Robustness", not_stated,
+               "How the trajectory depends on method, step and start values of the program that "
+               "made it is not known here.");
   if (!comparison.is_object())
     return row(
         "Robustness", not_stated,
@@ -115,19 +125,21 @@ Json credibility(const Json& s, const Json& comparison, const scene::Scene* scen
   list.push_back(
       row("Validation", not_stated, "No comparison with a measurement is known to this run."));
   std::string inputs =
-      "Scene and model are kept in the results and named by their SHA-256 (below).";
+      fmt::format("{} and model are kept in the results and named by their SHA-256 (below).",
+                  is_recorded(s) ? "The scene of the map" : "Scene");
   if (scene && scene->random)
     inputs += fmt::format(" Start values are random, seed {}.", scene->random->seed);
   list.push_back(row("Input pedigree", partly, inputs + " Who chose them, and why: not stated."));
   list.push_back(uncertainty(s, comparison));
-  list.push_back(robustness(comparison));
+  list.push_back(robustness(s, comparison));
   list.push_back(
       row("History of use", not_stated, "Earlier uses of this model are not known to this run."));
   const std::string hash =
       s.contains("provenance") ? s.at("provenance").value("git_hash", "unknown") : "unknown";
   list.push_back(row("Management", hash == "unknown" ? not_stated : partly,
-                     hash == "unknown"
-                         ? "The program does not know its commit."
+                     hash == "unknown" ? "The program does not know its commit."
+                     : is_recorded(s)
+                         ? "Of the program that judged, compiler and flags are recorded (below)."
                          : "Program, compiler and flags are recorded (below). Whether the "
                            "sources were those of the commit: not stated."));
   return list;

@@ -88,7 +88,6 @@ Scene recorded_scene(const JudgeOptions& o, const TrajectoryTable& table, const 
   Scene scene = scene_of(map, o.model, has_base(table, map), step, duration);
   if (scene.title == fs::path(scene.path).stem())  // none was given
     scene.title = fs::path(o.file).filename().string();
-  scene.method = "recorded";
   scene.outputs.clear();
   scene.stops.clear();
   if (scene.verify.energy)  // what is stated for the energy is the accuracy of the data

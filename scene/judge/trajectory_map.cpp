@@ -115,10 +115,9 @@ Scene scene_of(const TrajectoryMap& map, const std::string& urdf, bool free_base
   std::string text = without_columns(map.text);
   if (text.find("[model]") == std::string::npos)
     text += fmt::format("[model]\nbase = \"{}\"\n", free_base ? "free" : "fixed");
-  // The clock of the records; nothing is integrated.
   text += fmt::format(
-      "[integrator]\nmethod = \"rk4\"\nstep = {0}\n[run]\nduration = {1}\n"
-      "record_every = {0}\n",
+      "# The clock of the recorded rows: nothing is integrated.\n[integrator]\nmethod = "
+      "\"recorded\"\nstep = {0}\n[run]\nduration = {1}\nrecord_every = {0}\n",
       step, duration);
   Scene s =
       read_scene_again(map.path.empty() ? "trajectory.toml" : map.path, {text, read_file(urdf)});

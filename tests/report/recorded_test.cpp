@@ -1,0 +1,37 @@
+// What the report and the results of a judged trajectory say of its making.
+#include <nlohmann/json.hpp>
+
+#include "report/detail/credibility.h"
+#include "scene/files/hdf5_reader.h"
+#include "scene/judge/judge_file.h"
+#include "tests/run/recorded_table.h"
+#include "tests/run/scenes.h"
+
+namespace porthos::test::recorded_report_test {
+namespace {
+
+TEST(RecordedReport, NothingIsSaidToHaveBeenIntegrated) {
+  TemporaryFolder folder;
+  const Case c = pendulum(folder);
+  (void)scene::run(c.scene, c.assembly, into(folder / "out"));
+  write_bytes(folder / "run.csv", csv_of(c, folder / "out"));
+  (void)scene::judge_file({(folder / "run.csv").string(), (folder / "model.urdf").string(), "",
+                           (folder / "judged").string()});
+  const auto texts = [&](const char* of) {
+    const auto s = nlohmann::json::parse(read_bytes(folder / of / "summary.json"));
+    return report::credibility(s, {}, nullptr).dump();
+  };
+  const std::string judged = texts("judged"), run = texts("out");
+  for (const char* of_a_run : {"porthos verify does", "porthos compare does", "integrated by"}) {
+    EXPECT_FALSE(says(judged, of_a_run));
+    EXPECT_TRUE(says(run, of_a_run)) << "control";
+  }
+  EXPECT_TRUE(says(judged, "of a trajectory that another program made"));
+  const std::string scene =
+      scene::Hdf5Reader(folder / "judged" / "run.h5").text("provenance/scene");
+  EXPECT_TRUE(says(scene, "nothing is integrated"));
+  EXPECT_TRUE(says(scene, "method = \"recorded\""));
+}
+
+}  // namespace
+}  // namespace porthos::test::recorded_report_test
