@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import tempfile
 import weakref
@@ -17,12 +18,13 @@ from .results import PathLike, Result
 from .runs import report_beside
 
 
-def judge(trajectory: PathLike | Mapping[str, Any], model: PathLike, *, map: PathLike | None = None, out: PathLike | None = None) -> Result:
+def judge(trajectory: PathLike | Mapping[str, Any], model: PathLike, *, map: PathLike | Mapping[str, Any] | None = None,
+          out: PathLike | None = None) -> Result:
     """The verdict for a trajectory of another program, as for a run: energy, momenta, growth law, the balance with the work of torques.
 
     trajectory: a file, CSV or HDF5, or columns by name, (k,) or (k, n): "time" [s] and those that `map` names, without it the
     names that Porthos gives ("elbow", "v.elbow", "base.attitude" (k, 4), ...; docs/judge.md). model: a URDF file. map: a TOML
-    file that says what the columns mean. out: the folder of results (default: results/<name of the file>-judge; of columns,
+    file that says what the columns mean, or its tables as a dict, which is written beside the results as map.toml. out: the folder of results (default: results/<name of the file>-judge; of columns,
     which are written there as trajectory.csv, a temporary folder that is gone with the result).
 
     Raises InvalidArgument with file and line for a missing column, a value that is not a number, time that does not increase, a map
@@ -34,7 +36,10 @@ def judge(trajectory: PathLike | Mapping[str, Any], model: PathLike, *, map: Pat
     return _judge_file(file, model, map, Path(out) if out is not None else Path("results") / f"{file.stem}-judge")
 
 
-def _judge_columns(columns: Mapping[str, Any], model: PathLike, map: PathLike | None, out: PathLike | None) -> Result:
+def _judge_columns(columns: Mapping[str, Any], model: PathLike, map: PathLike | Mapping[str, Any] | None, out: PathLike | None) -> Result:
+    named = map is not None and (not isinstance(map, Mapping) or "time" in map.get("columns", {}))
+    if not named and not {"time", "t"} & set(columns):
+        raise InvalidArgument("the columns have no 'time' or 't'")
     folder = Path(out if out is not None else tempfile.mkdtemp(prefix="porthos_judge_"))
     try:
         _write_csv(folder / "trajectory.csv", columns)
@@ -48,10 +53,44 @@ def _judge_columns(columns: Mapping[str, Any], model: PathLike, map: PathLike | 
     return result
 
 
-def _judge_file(file: Path, model: PathLike, map: PathLike | None, out: Path) -> Result:
+def _judge_file(file: Path, model: PathLike, map: PathLike | Mapping[str, Any] | None, out: Path) -> Result:
+    if isinstance(map, Mapping):
+        out.mkdir(parents=True, exist_ok=True)
+        text = _toml(map)
+        map = out / "map.toml"
+        map.write_text(text, encoding="utf-8")
     summary = _core.judge_into(str(file), str(model), "" if map is None else str(map), str(out))
     report_beside(out, [Path(model).resolve().parent])
     return Result(json.loads(summary), out)
+
+
+def _toml(table: Mapping[str, Any], name: str = "") -> str:
+    """The table as TOML: its values first, then its tables and arrays of tables."""
+    values, tables = [], []
+    for key, value in table.items():
+        key = key if re.fullmatch("[A-Za-z0-9_-]+", str(key)) else json.dumps(str(key), ensure_ascii=False)
+        full = f"{name}.{key}" if name else key
+        if isinstance(value, Mapping):
+            tables.append(f"[{full}]\n" + _toml(value, full))
+        elif isinstance(value, (list, tuple)) and value and all(isinstance(one, Mapping) for one in value):
+            tables += [f"[[{full}]]\n" + _toml(one, full) for one in value]
+        else:
+            values.append(f"{key} = {_toml_value(value, full)}\n")
+    return "".join(values + tables)
+
+
+def _toml_value(value: Any, name: str) -> str:
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_toml_value(one, name) for one in value) + "]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (int, float)):
+        return repr(value)
+    raise InvalidArgument(f"map: {name} is a {type(value).__name__}, expected a number, a text, a list or a table")
 
 
 def _write_csv(file: Path, columns: Mapping[str, Any]) -> None:

@@ -46,6 +46,7 @@ def test_columns_without_a_folder(tmp_path, monkeypatch):
     gc.collect()
     assert not folder.exists()
     refused(lambda: ph.judge({"time": [0, 1]}, model), "axle")
+    refused(lambda: ph.judge({"Time": [0, 1]}, model), "the columns have no 'time' or 't'")
     assert not any((tmp_path / "temporary").iterdir())
 
 
@@ -63,6 +64,27 @@ def test_refusals(tmp_path):
     missing = turning(1)
     del missing["axle"]
     refused(lambda: ph.judge(missing, model, out=tmp_path / "missing"), "axle")
+
+
+def test_a_map_as_a_dict(tmp_path):
+    """Control: other columns than the map names."""
+    model = tmp_path / "wheel.urdf"
+    model.write_text(URDF)
+    wheel = turning(0.7)
+    columns = {"when": wheel["time"], "angle": wheel["axle"], "rate": wheel["v.axle"]}
+    means = {"columns": {"time": "when", "q": {"axle": "angle"}, "v": {"axle": ["rate"]}}, "verify": {"energy": np.float64(1e-8)},
+             "environment": {"gravity": "uniform", "vector": [0, 0, -9.81]},
+             "element": [{"type": "damper", "joint": "axle", "damping": 0}]}
+    result = ph.judge(columns, model, map=means, out=tmp_path / "out")
+    assert result.verdict == "pass"
+    assert [c["limit"] for c in result.summary["checks"] if c["name"] == "energy"] == [1e-8]
+    assert ph.judge(tmp_path / "out" / "trajectory.csv", model, map=tmp_path / "out" / "map.toml", out=tmp_path / "again").verdict == "pass"
+    means["columns"]["q"]["axle"] = "angel"
+    refused(lambda: ph.judge(columns, model, map=means), "there is no column 'angel', the nearest one is 'angle'")
+    refused(lambda: ph.judge(columns, model, map={"verify": {"energy": model}}),
+            "the columns have no 'time' or 't'")
+    refused(lambda: ph.judge(wheel, model, map={"verify": {"energy": model}}),
+            'map: verify.energy is a PosixPath, expected a number, a text, a list or a table')
 
 
 def test_an_episode(tmp_path, source):
