@@ -85,8 +85,11 @@ std::string why_no_rates(const Rows& rows, const std::optional<Trajectory::Agree
 
 /// A pass must be meaningful.
 void judge_no_few_rows(RunReport& r, const Rows& rows) {
-  constexpr size_t fewest = 4;
-  if (rows.t.size() >= fewest) return;
+  constexpr size_t fewest = 4, some = 10;
+  if (rows.t.size() >= some) return;
+  if (rows.t.size() >= fewest)
+    return r.notes.push_back(
+        fmt::format("{} rows tell little of a motion: expected {} or more", rows.t.size(), some));
   for (Check& c : r.checks) c.telling = false;
   r.notes.push_back(fmt::format("too few rows to judge a motion: {}, expected {} or more",
                                 rows.t.size(), fewest));
@@ -257,6 +260,10 @@ void note_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows, boo
         "another unit, rates along other axes (linear_velocity_axes and angular_velocity_axes of "
         "the map), columns in another order, or a swing that fits between two rows",
         rates.name, rates.value, rates.limit));
+  if (r.verdict() == Verdict::fail && rates.holds() && !explained)
+    r.notes.push_back(
+        "usual causes that were not tried: columns of another order or sign, angles from other "
+        "zeros than the model's, another gravity, offsets of encoders (docs/judge.md)");
 }
 
 }  // namespace porthos::scene

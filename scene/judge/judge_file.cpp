@@ -155,9 +155,21 @@ void close_hole(std::span<double> works, const phs::Description& d, double chang
   if (last) *last += in ? change : -change;
 }
 
-/// What stands in the file but is not used, and what was not stated.
+/// Errors by row.
+struct ErrorsOfRows {
+  Numbers energy, linear, angular;  ///< [J], [N s], [N m s]
+  void add(double joule, const Measured& m) {
+    energy.push_back(joule);
+    linear.push_back(std::hypot(m.linear[0], m.linear[1], m.linear[2]));
+    angular.push_back(std::hypot(m.angular[0], m.angular[1], m.angular[2]));
+  }
+};
+
+/// What is in the file, what of it is not used, and what was not stated.
 void note_what_is_left(RunReport& r, const JudgeOptions& o, const TrajectoryTable& table,
                        const TrajectoryMap& map, const Scene& scene) {
+  r.notes.push_back(
+      fmt::format("{} was made elsewhere and judged as it is: {} rows", o.file, table.rows()));
   if (const auto unused = table.unused(); !unused.empty())
     r.notes.push_back(
         fmt::format("columns of {} that were not used: {}", o.file, fmt::join(unused, ", ")));
@@ -203,7 +215,7 @@ RunReport judge_file(const JudgeOptions& o) {
   CentreCourse course;
   const CentreOfMass::Vec gravity(scene.urdf.gravity);
   const double mass = a.mechanism->total_mass();
-  Numbers errors;  // of the energy, by row [J]
+  ErrorsOfRows errors;
   {
     RecordLog log(log_path, layout);
     const Numbers unknown(layout.reactions, NAN);  // a trajectory of q and v does not tell them
@@ -223,9 +235,10 @@ RunReport judge_file(const JudgeOptions& o) {
       }
       before_J = m.energy_change_J;
       m.quaternion_norm = trajectory.norm_error();
-      const double error = errors.emplace_back(ledger.add(t[i] - t[0], m, true));
+      const double error = ledger.add(t[i] - t[0], m, true);
       const auto pushed = course.add(t[i] - t[0], centre, m.scale.linear, gravity, mass);
       if (centre_out) m.linear = pushed;
+      errors.add(error, m);
       fill_record(layout, t[i] - t[0], world, m, ledger.port_work(), error, 0, unknown, {}, {},
                   row);
       log.append(row);
@@ -235,20 +248,18 @@ RunReport judge_file(const JudgeOptions& o) {
   }
   name_run(r, scene, rows);
   ledger.fill(r, meter);
-  r.notes.push_back(
-      fmt::format("{} was made elsewhere and judged as it is: {} rows", o.file, t.size()));
   note_what_is_left(r, o, table, map, scene);
-  tell_of_rows(r, rows, errors);
+  tell_of_rows(r, rows, errors.energy);
   integrators::Declaration method;
   method.name = scene.method;
   judge(r, scene, method, meter);
+  judge_works(r, trajectory, map.torque_between, {rows, own.net(), errors.energy});
+  if (centre_out) check_centre(r, scene, course.error());
+  a.centre.reset();  // the records are in the world frame
   judge_turns(r, trajectory, rows, *a.model, r.final_state);
-  note_one_row(r, rows, errors);
-  judge_works(r, trajectory, map.torque_between, {rows, own.net(), errors});
-  if (centre_out) {
-    check_centre(r, scene, course.error());
-    a.centre.reset();  // the records are in the world frame
-  }
+  note_one_row(r, rows, errors.energy);
+  tell_of_momentum(r, rows, centre_out ? "centre_of_mass" : "linear_momentum", errors.linear);
+  tell_of_momentum(r, rows, "angular_momentum", errors.angular);
   const RatesAgreement rates = trajectory.agreement(rows);
   check_rates(r, rates, rows);
   const bool asked =

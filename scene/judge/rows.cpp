@@ -140,4 +140,15 @@ void note_one_row(RunReport& r, const Rows& rows, const Numbers& errors) {
                     worst + 1, rows.t[worst], most, next));
 }
 
+void tell_of_momentum(RunReport& r, const Rows& rows, const std::string& check,
+                      const Numbers& errors) {
+  const auto failed =
+      std::ranges::find_if(r.checks, [&](const Check& c) { return c.name == check && !c.pass; });
+  const double most = *std::ranges::max_element(errors);
+  if (failed == r.checks.end() || !rows.equal || !(most > 0)) return;
+  ErrorStatistics s;
+  for (const double error : errors) s.add(failed->value / most * error);
+  r.notes.push_back(fmt::format("the error of {} {}", check, growth_words(s)));
+}
+
 }  // namespace porthos::scene

@@ -144,6 +144,8 @@ TEST_F(JudgeRows, TooFewRowsAreNotJudged) {
     EXPECT_TRUE(notes_say(r, "too few rows to judge a motion"));
   }
   EXPECT_EQ(judged(4, all).verdict(), scene::Verdict::pass) << "control";
+  EXPECT_TRUE(notes_say(judged(9, all), "9 rows tell little of a motion: expected 10 or more"));
+  EXPECT_FALSE(notes_say(judged(10, all), "tell little"));
   EXPECT_EQ(judged(4, all, 0.1, 2, 1.5).verdict(), scene::Verdict::fail) << "control";
   EXPECT_EQ(judged(40, [](int i) { return i % 10 < 2; }).verdict(), scene::Verdict::pass)
       << "unequal, but enough";
@@ -202,6 +204,8 @@ TEST_F(JudgeRows, ColumnsInAnotherOrderOrUnitAreAskedAbout) {
   EXPECT_FALSE(notes_say(turned, place));
   const auto doubled = with(right, 2);  // another cause
   EXPECT_FALSE(doubled.passed());
+  EXPECT_TRUE(notes_say(doubled, "usual causes that were not tried: columns of another order"));
+  for (const auto* told : {&good, &all, &turned}) EXPECT_FALSE(notes_say(*told, "usual causes"));
   EXPECT_FALSE(notes_say(doubled, degrees) || notes_say(doubled, place));
 }
 

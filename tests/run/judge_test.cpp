@@ -303,6 +303,36 @@ TEST(Judge, AttitudesTurnAsTheirRatesSay) {
   }));
 }
 
+/// A brick whose spin grows. Control: one that keeps it.
+TEST(Judge, HowAMomentumThatFailsGrowsIsTold) {
+  TemporaryFolder folder;
+  write_bytes(folder / "model.urdf",
+              "<robot name='brick'><link name='brick'><inertial><mass value='2'/><inertia ixx='1' "
+              "iyy='2' izz='3' ixy='0' ixz='0' iyz='0'/></inertial></link></robot>");
+  const auto notes_of = [&](double grows) {
+    std::string text = "time";
+    for (const char* name : {"base.position", "v.base.position", "v.base.attitude"})
+      for (int k = 0; k < 3; ++k) text += fmt::format(",{}[{}]", name, k);
+    for (int k = 0; k < 4; ++k) text += fmt::format(",base.attitude[{}]", k);
+    for (int i = 0; i <= 500; ++i) {
+      const double t = 0.05 * i, half = 0.35 * (t + 0.5 * grows * t * t);
+      text += fmt::format("\n{},0,0,0,0,0,0,0,0,{},{},0,0,{}", t, 0.7 * (1 + grows * t),
+                          std::cos(half), std::sin(half));
+    }
+    write_bytes(folder / "brick.csv", text + "\n");
+    fs::remove_all(folder / "judged");
+    std::string all;
+    for (const auto& note :
+         judge(folder, "brick.csv",
+               "[model]\nbase = \"free\"\n[verify]\nenergy = 0.1\nangular_momentum = 1e-6\n")
+             .notes)
+      all += note + "\n";
+    return all;
+  };
+  EXPECT_TRUE(says(notes_of(1e-4), "the error of angular_momentum drifts, like t or faster"));
+  EXPECT_FALSE(says(notes_of(0), "the error of"));
+}
+
 TEST(Judge, WhatIsWrongIsSaidInASentence) {
   TemporaryFolder folder;
   const auto arm = pendulum(folder);

@@ -56,11 +56,17 @@ export function verdict(d) {
     : undecided.length ? `The rows do not decide: ${undecided.map((n) => checkName(n.name)).join(", ")}.`
     : open ? "The run reached its end, and none of its checks could have told a wrong motion from a right one."
     : failed.length ? `${failed.length} of ${s.checks.length} checks ${failed.length > 1 ? "do" : "does"} not hold: ${failed.map((c) => checkName(c.name)).join(", ")}.` : "The run did not reach its end.";
+  // The sentence beside a failure is about what failed.
+  const other = failed.some((c) => ["energy", "balance", "outcome"].includes(c.name)) ? null : failed[0];
+  const told = other && (s.notes || []).find((n) => n.startsWith(`the error of ${other.name} `));
+  const beside = told ? `${told[0].toUpperCase()}${told.slice(1)}.`
+    : other ? `${checkName(other.name)}: ${number(other.value)}, with a limit of ${number(other.limit)}.`
+    : `The energy error ${growth(s.energy, s.steps, d.series)}.`;
   const perStep = s.steps > 0 ? s.cpu_s / s.steps : 0;
   const tile = (value, text) => h("div", { class: "tile" }, h("b", {}, value), h("span", {}, text));
   return section("verdict", "Verdict",
     h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : open ? "open" : "fail"}` }, pass ? "Pass" : open ? "Not judged" : "Fail"),
-      h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, `The energy error ${growth(s.energy, s.steps, d.series)}.`))),
+      h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, beside))),
     s.checks.length + none.length ? card(table(["check", "", "value", "limit", "against the limit"],
       [...s.checks.map((c) => c.name === "outcome" ? [names.outcome, h("span", { class: "word fail" }, "✗ fail"), "no", "–", ""] : [checkName(c.name), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail"), number(c.value), number(c.limit), room(c)]),
         ...none.map((n) => [checkName(n.name), h("span", { class: "soft" }, "not applicable"), "–", "–", h("span", { class: "soft" }, n.why)])], ["", "", "n", "n", ""])) : "",
