@@ -33,6 +33,9 @@ function recorded(t, lines, from) {
   return end > first && t[end - 1] - t[first] < 0.2 * (t[t.length - 1] - t[from]) ? [first, end] : [from, t.length];
 }
 
+/** The border of a legend's marker that is like a line's dashes. */
+const marker = (dash) => !dash ? "solid" : dash[0] < dash[1] ? "dotted" : "dashed";
+
 /** o: {title, what, unit, t, lines: [{name, v, colour, width, dash, fill, hidden}], log, logTime, stacked, height, decades, note} */
 export function chart(o) {
   const box = h("div", { class: "chart" }, o.title && h("h3", {}, o.title), o.what && h("p", { class: "what" }, o.what));
@@ -57,7 +60,7 @@ export function chart(o) {
       width, height: o.height || 270, padding: [10, 30, 0, 0],
       cursor: { sync: { key: "porthos", scales: ["x", null] }, drag: { x: true, y: false }, points: { size: 6 }, focus: { prox: 24 } },
       focus: { alpha: 0.35 },
-      legend: { live: true, markers: { dash: (u, i) => (i > 0 && o.lines[i - 1].dash ? "dashed" : "solid") } },
+      legend: { live: true, markers: { dash: (u, i) => marker(i > 0 && o.lines[i - 1].dash) } },
       scales: { x: { time: false, distr: o.logTime ? 3 : 1, ...(o.logTime ? { range: (u, a, b) => [a, b] } : {}) }, y: o.log ? { distr: 3, range: logRange(o.decades || 8) } : { distr: 1, range: (u, a, b) => {
         if (a === null) return [0, 1];
         const room = (b - a || Math.abs(b) || 1) * 0.06;

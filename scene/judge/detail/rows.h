@@ -24,11 +24,12 @@ void tell_of_momentum(RunReport& r, const Rows& rows, const std::string& check,
 /// times in milliseconds or rates along other axes. The worst coordinate counts, relative to its
 /// way; five times the error of the rule that adds the rates up is no disagreement. Where this is
 /// most of the way, or rates change from row to row by more than their size, the rows are too few
-/// to tell. A leap between two rows fails too. Fewer than four rows judge nothing, fewer than ten little.
+/// to tell. A leap between two rows fails too. Fewer than four rows judge nothing, fewer than ten
+/// little.
 void check_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows);
 
-/// Notes what disagrees; where nothing explains a failure, the usual causes. Where a question about the unit of time is open and no coordinate could be
-/// checked, the rates are undecided.
+/// Notes what disagrees; where nothing explains a failure, the usual causes. Where a question about
+/// the unit of time is open and no coordinate could be checked, the rates are undecided.
 /// @param explained  a note has asked about units or columns: none asks about the unit of time
 void note_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows, bool explained);
 
