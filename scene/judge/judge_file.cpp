@@ -10,6 +10,7 @@
 
 #include "phs/error.h"
 #include "scene/assemble/model_notes.h"
+#include "scene/files/digest.h"
 #include "scene/files/files.h"
 #include "scene/judge/detail/centre_course.h"
 #include "scene/judge/detail/hints.h"
@@ -88,6 +89,8 @@ Scene recorded_scene(const JudgeOptions& o, const TrajectoryTable& table, const 
   Scene scene = scene_of(map, o.model, has_base(table, map), step, duration);
   if (scene.title == fs::path(scene.path).stem())  // none was given
     scene.title = fs::path(o.file).filename().string();
+  scene.digests["trajectory_sha256"] = sha256(read_file(o.file));
+  if (!map.path.empty()) scene.digests["map_sha256"] = sha256(map.text);
   scene.outputs.clear();
   scene.stops.clear();
   if (scene.verify.energy)  // what is stated for the energy is the accuracy of the data

@@ -67,9 +67,10 @@ struct Scene {
   std::string text;  ///< whole text, for provenance
   std::string title;
 
-  std::string urdf_path, urdf_text;  ///< resolved path, and content with the robots
-  InputFiles files;                  ///< other files it names
-  mechanics::UrdfOptions urdf;       ///< base, gravity, links without inertia, given inertias
+  std::string urdf_path, urdf_text;            ///< resolved path, and content with the robots
+  InputFiles files;                            ///< other files it names
+  std::map<std::string, std::string> digests;  ///< "trajectory_sha256": files not kept in results
+  mechanics::UrdfOptions urdf;  ///< base, gravity, links without inertia, given inertias
   std::map<std::string, double> mass_factor;  ///< of links: factor of mass and inertia
   Coordinates coordinates = Coordinates::reduced;
   std::string why_coordinates;  ///< of a free choice that the scene itself decides

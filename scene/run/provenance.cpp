@@ -61,6 +61,7 @@ NamedTexts provenance(const Scene& scene) {
                   {"cpu", cpu_model()},
                   {"scene_sha256", sha256(scene.text)},
                   {"model_sha256", sha256(scene.urdf_text)}};
+  list.insert(list.end(), scene.digests.begin(), scene.digests.end());
   for (const auto& [name, digest] : tables_of(scene)) list.emplace_back(name + " sha256", digest);
   return list;
 }

@@ -1,9 +1,12 @@
 // What the report and the results of a judged trajectory say of its making.
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "report/detail/credibility.h"
+#include "scene/files/digest.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/judge/judge_file.h"
+#include "scene/run/provenance.h"
 #include "tests/run/recorded_table.h"
 #include "tests/run/scenes.h"
 
@@ -31,6 +34,17 @@ TEST(RecordedReport, NothingIsSaidToHaveBeenIntegrated) {
       scene::Hdf5Reader(folder / "judged" / "run.h5").text("provenance/scene");
   EXPECT_TRUE(says(scene, "nothing is integrated"));
   EXPECT_TRUE(says(scene, "method = \"recorded\""));
+}
+
+TEST(RecordedReport, DigestsOfFilesThatAreNotKeptAreProvenance) {
+  scene::Scene s;
+  s.digests = {{"trajectory_sha256", "ab"}};
+  const auto is = [](const auto& one) { return one.first == "trajectory_sha256"; };
+  const auto all = scene::provenance(s), none = scene::provenance({});
+  const auto at = std::ranges::find_if(all, is);
+  ASSERT_NE(at, all.end());
+  EXPECT_EQ(at->second, "ab");
+  EXPECT_EQ(std::ranges::count_if(none, is), 0) << "control";
 }
 
 }  // namespace

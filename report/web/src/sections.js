@@ -245,7 +245,7 @@ export function credibility(d) {
     card(table(["factor", "", "what is known"], d.credibility.map((r) => [h("b", { style: "font-weight:560" }, r.factor), h("span", { class: `word ${kind[r.stands]}` }, r.stands), r.text]))));
 }
 
-const provenanceNames = { porthos_version: "Porthos", git_hash: "commit", compiler: "compiler", flags: "flags", build_type: "build", simd: "SIMD", cpu: "processor", scene_sha256: "scene file, SHA-256", model_sha256: "model, SHA-256" };
+const provenanceNames = { porthos_version: "Porthos", git_hash: "commit", compiler: "compiler", flags: "flags", build_type: "build", simd: "SIMD", cpu: "processor", scene_sha256: "scene file, SHA-256", model_sha256: "model, SHA-256", trajectory_sha256: "trajectory, SHA-256", map_sha256: "map, SHA-256" };
 export function provenance(d) {
   const p = d.summary?.provenance || d.comparison?.provenance || d.provenance;
   if (!p) return null;
