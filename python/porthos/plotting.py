@@ -84,15 +84,27 @@ def _make_room(ax: "Axes", tall: float, height: float) -> None:
     ax.set_ylim(top=top, auto=True)  # lines that follow make limits of their own
 
 
-def _lines(ax: "Axes", t: np.ndarray, lines: dict[str, np.ndarray], angles: bool = False) -> None:
-    """Of many lines those that are 0 all the time are counted. Angles [rad] that never leave [-π, π] have gaps where they jump."""
+def _before_holes(r: Result) -> np.ndarray:
+    """Times of the rows of a judged file behind which others are missing, most being at equal intervals [s]."""
+    if r.summary["method"] != "recorded":
+        return np.empty(0)
+    steps = np.diff(r.time)
+    step = np.median(steps)
+    return r.time[:-1][(np.mean(np.abs(steps - step) < 1e-6 * step) >= 0.5) & (steps > 1.5 * step)]
+
+
+def _lines(ax: "Axes", r: Result, t: np.ndarray, lines: dict[str, np.ndarray], angles: bool = False) -> None:
+    """Of many lines those that are 0 all the time are counted. Angles [rad] that never leave [-π, π] have gaps where they jump, all lines
+    where rows of a judged file are missing."""
+    holes = np.searchsorted(t, _before_holes(r), side="right")
     shown = {n: y for n, y in lines.items() if np.any(y)}
     if len(lines) <= 4 or len(lines) - len(shown) < 2:
         shown = lines
     first = len(ax.get_legend_handles_labels()[0])  # of another run in the same axes
     for k, (name, y) in enumerate(shown.items(), first):
         wraps = angles and not np.any(np.abs(y) > np.pi + 1e-9)
-        at = np.flatnonzero(np.abs(np.diff(y)) > np.pi) + 1 if wraps else []  # gaps
+        jumps = np.flatnonzero(np.abs(np.diff(y)) > np.pi) + 1 if wraps else []
+        at = np.union1d(holes, jumps).astype(int)  # gaps
         ax.plot(np.insert(t, at, np.nan), np.insert(y, at, np.nan), color=LINES[k % 8], linestyle=DASHES[(k + k // 8) % 8], linewidth=1.2, label=name)
     if idle := len(lines) - len(shown):
         ax.plot([], [], color=SOFT, linewidth=0.6, label=f"{idle} {'others' if shown else 'lines'}: 0")
@@ -125,7 +137,7 @@ def _works(ax: "Axes", r: Result) -> None:
     if not works:
         raise InvalidArgument("the run has no panel 'works': nothing is supplied or lost")
     _style(ax, "works", "J")
-    _lines(ax, r.time[at], {n: y[at] for n, y in works.items()})
+    _lines(ax, r, r.time[at], {n: y[at] for n, y in works.items()})
 
 
 def _logarithmic(ax: "Axes", curves: dict[str, tuple[np.ndarray, np.ndarray]], limit: float | None = None) -> None:
@@ -155,8 +167,9 @@ def draw(result: Result) -> "Figure":
     s = result.summary
     kept = not any(np.any(y) for _, y in _momenta_of(result).values())  # or there are none, as on a fixed base
     drawn = [_energies, *([_works] if _works_of(result) else []), _residual, *([] if kept else [_momenta])]
-    figure = Figure(figsize=(11, 7.4), layout="constrained")
-    grid = figure.subplots(2, 2).ravel()
+    down = -(-len(drawn) // 2)
+    figure = Figure(figsize=(11, 3.7 * down), layout="constrained")
+    grid = figure.subplots(down, 2).ravel()
     for ax, into in zip(grid, drawn):
         into(ax, result)
         _legend(ax)
@@ -173,7 +186,7 @@ def _of_motion(motion: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     t = motion.pop("time [s]")["t"]
 
     def panel(title, unit, lines):
-        def draw_into(ax, _):
+        def draw_into(ax, r):
             if ax.name == "3d" and unit == "m" and list(lines) == ["x", "y", "z"]:
                 return _path(ax, title, lines)
             turning = title.replace("joints", "turning joints")
@@ -181,7 +194,7 @@ def _of_motion(motion: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
             _style(ax, title, unit)
             if others:
                 ax.set_title(f"{title} ({others} {'other is' if others == 1 else 'others are'} in '{turning}')", fontsize=9, color=INK)
-            _lines(ax, t, lines, unit == "rad")
+            _lines(ax, r, t, lines, unit == "rad")
         return draw_into
 
     def several(name, places, kind="a line"):

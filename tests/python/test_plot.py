@@ -33,6 +33,25 @@ def test_four_panels(run, tmp_path):
     refused(lambda: ph.plot(run, tmp_path / "a.gif"), "a.gif", ".png, .svg or .pdf")
 
 
+def test_a_judged_file(tmp_path):
+    """Lines have a gap where its rows are missing, and no place of the figure is empty. Control: all rows."""
+    from test_plans import URDF
+
+    model = tmp_path / "wheel.urdf"
+    model.write_text(URDF)
+    t = np.linspace(0, 4, 401)
+    gaps = {}
+    for missing in (0, 100):
+        kept = (t <= 1) | (t > 1 + 0.01 * missing + 1e-9)
+        result = ph.judge({"time": t[kept], "axle": 0.7 * t[kept], "v.axle": np.full(kept.sum(), 0.7)}, model, out=tmp_path / str(missing))
+        x = ph.plot(result, what="axle").axes[0].get_lines()[0].get_xdata()
+        gaps[missing] = [x[i - 1] for i in np.flatnonzero(np.isnan(x))]
+        figure = ph.plot(result, tmp_path / "all.svg")
+        assert [a.get_title() for a in figure.axes] == ["energies", "residual"]
+        assert figure.axes[0].get_gridspec().get_geometry() == (1, 2)
+    assert gaps[0] == [] and gaps[100] == pytest.approx([1.0])
+
+
 def test_the_motion(run, source, tmp_path):
     figure = ph.plot(run, tmp_path / "motion.svg", what="motion")
     titles = [a.get_title() for a in figure.axes]
