@@ -262,7 +262,8 @@ void note_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows, boo
         rates.name, rates.value, rates.limit));
   if (r.verdict() == Verdict::fail && rates.holds() && !explained)
     r.notes.push_back(
-        "usual causes that were not tried: columns of another order or sign, angles from other "
+        "if it is not the solver's error, usual causes that were not tried: columns of another "
+        "order or sign, angles from other "
         "zeros than the model's, another gravity, offsets of encoders (docs/judge.md)");
 }
 
