@@ -81,8 +81,8 @@ void held_joints(const ClosedLoop& loop, Certificate& c) {
   for (const auto& joint : shaped->free_joints()) add_to_list(names, joint);
   c.at_most("joints that nothing holds", double(shaped->free_joints().size()), 0,
             names +
-                ": neither stiffness nor actuator; drive them, give their URDF joints springs, "
-                "or fix them");
+                ": neither stiffness nor actuator; drive them, fix them, or give them springs, "
+                "JointSpec(stiffness=), with compensate = false");
 }
 
 /// Where limits act: the least H_d - H_d(rest) at which an input asks for more, among states on

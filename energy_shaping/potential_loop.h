@@ -43,8 +43,8 @@ struct PotentialShaping {
   std::vector<JointSpring> joints;
   std::vector<PoseSpring> poses;
   std::vector<PortDamping> damping;
-  /// Compensates the plant's own potential (gravity, joint springs), so that H_d = T + U. Otherwise
-  /// it stays in H_d.
+  /// Compensates the plant's own potential (gravity, joint springs), so that H_d = T + U; refused
+  /// where it acts at a joint without actuator. Otherwise it stays in H_d.
   bool compensate = true;
   /// A constant generalised force at the actuators balances the plant's potential at the rest
   /// point, instead of compensation: PD with constant gravity (Takegaki, Arimoto 1981). Needs a

@@ -159,7 +159,8 @@ U = k |r - position|^2 / 2 + tr(A (1 - R_d^T R)), A = diag(attitude_stiffness).)
       .def_readwrite("poses", &es::PotentialShaping::poses)
       .def_readwrite("damping", &es::PotentialShaping::damping)
       .def_readwrite("compensate", &es::PotentialShaping::compensate,
-                     "Takes the plant's own potential away, so that H_d = T + U.")
+                     "Takes the plant's own potential away, gravity and the springs of joints, so "
+                     "that H_d = T + U. Raises where it acts at a joint without actuator.")
       .def_readwrite(
           "constant_compensation", &es::PotentialShaping::constant_compensation,
           "A constant force that balances the plant's potential at the rest point instead.")
@@ -183,7 +184,8 @@ Raises InvalidArgument naming the port, link or number at fault, a force no actu
       arg("damping_ratio"), arg("skip") = std::vector<std::string>{},
       R"(Joint springs and dampers of a bandwidth [rad/s] and damping ratio at the rest point: k = M_jj w^2, d = 2 zeta M_jj w,
 M_jj the mass the joint feels there while the others stand still. A PotentialShaping. skip: joints without an actuator, which get
-neither: names of ports or of their joints, "elbow.torque" or "elbow"; another name raises InvalidArgument.)");
+neither: names of ports or of their joints, "elbow.torque" or "elbow"; another name raises InvalidArgument. Where gravity or a
+spring, JointSpec(stiffness=), acts at them, set compensate = False: nothing can cancel it there.)");
   py::class_<es::MatchedLoop, es::ClosedLoop, std::shared_ptr<es::MatchedLoop>>(
       m, "MatchedLoop",
       "A plant under interconnection and damping assignment (IDA-PBC): kinetic and potential "

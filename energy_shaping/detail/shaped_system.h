@@ -126,12 +126,7 @@ class ShapedSystem final : public LoopSystem<T> {
           if (j < p_.base_v || j >= p_.base_v + 6)
             tau_[j] = tau_[j] + A_[a * nv_ + j] * tau_[p_.base_v + a];
     }
-    if (p_.compensate) {
-      mechanics::rnea<T>(m_, w_, x.first(nq_), {}, {}, {}, Out(y_).first(nv_));
-      for (const auto& j : m_.joint_properties())
-        y_[size_t(j.v)] = y_[size_t(j.v)] + T(j.stiffness) * (x[size_t(j.q)] - T(j.rest));
-      for (size_t j = 0; j < nv_; ++j) tau_[j] = tau_[j] + y_[j];
-    }
+    add_compensation(x);
     plant_->gradient(x, e_);
     plant_->output(x, e_, y_);
     for (auto& v : u) v = T(0.0);
@@ -142,10 +137,7 @@ class ShapedSystem final : public LoopSystem<T> {
   /// Generalised force of springs and compensation per unit of v, for the check.
   In wanted(In x) {
     forces(x);
-    if (p_.compensate) {
-      mechanics::rnea<T>(m_, w_, x.first(nq_), {}, {}, {}, Out(y_).first(nv_));
-      for (size_t j = 0; j < nv_; ++j) tau_[j] = tau_[j] + y_[j];
-    }
+    add_compensation(x);
     return tau_;
   }
 
@@ -215,6 +207,14 @@ class ShapedSystem final : public LoopSystem<T> {
           tau_[j] = tau_[j] + J_[6 * j + size_t(k)] * n[k] + J_[6 * j + 3 + size_t(k)] * f[k];
     }
     for (size_t j = 0; j < nu_; ++j) u_[j] = j < nv_ ? tau_[j] : T(0.0);
+  }
+  /// What cancels gravity and the springs of the joints, to tau_; uses y_.
+  void add_compensation(In x) {
+    if (!p_.compensate) return;
+    mechanics::rnea<T>(m_, w_, x.first(nq_), {}, {}, {}, Out(y_).first(nv_));
+    for (const auto& j : m_.joint_properties())
+      y_[size_t(j.v)] = y_[size_t(j.v)] + T(j.stiffness) * (x[size_t(j.q)] - T(j.rest));
+    for (size_t j = 0; j < nv_; ++j) tau_[j] = tau_[j] + y_[j];
   }
   /// G Kd Gᵀ e and the plant's own R e, in lift_.
   void damp(In x, In e) {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "energy_shaping/certify.h"
 #include "energy_shaping/derivatives.h"
 #include "energy_shaping/run.h"
 #include "phs/linear_algebra/linear_algebra.h"
@@ -103,6 +104,38 @@ TEST(DesignHelp, SkipsJointsByTheirNames) {
   const auto six = test::arm(6, 0, 0);
   const auto text = refusal([&] { (void)joint_regulation(*six, Vec(6), 3, 0.5, {"join_5"}); });
   EXPECT_NE(text.find("as 'joint_5.torque', the nearest"), text.npos) << text;
+}
+
+/// Nothing cancels a spring at a joint without actuator: refused with compensation. Controls: the
+/// spring kept in H_d, no spring, and the same spring wanted there.
+TEST(DesignHelp, ASpringAtASkippedJointIsNotCompensated) {
+  const auto told = [](double spring, bool compensate, double wanted = 0) {
+    const auto arm = test::arm(3, 0, 0, spring);
+    auto s = joint_regulation(*arm, {0.1, 0.1, 0}, 3, 0.5, {"joint_2"});
+    s.compensate = compensate;
+    if (wanted > 0) s.joints.push_back({"joint_2.torque", wanted, 0});
+    return refusal([&] {
+      const PotentialLoop loop(arm, s);
+      Region region;
+      region.lower.assign(3, -1);
+      region.upper.assign(3, 1);
+      const auto c = certify(loop, {.region = region});
+      keeps("H_d'", c.item("H_d' = -∂H_dᵀ R_d ∂H_d").value, 1e-12);
+      // without a spring the certificate tells what helps
+      EXPECT_EQ(c.has("joints that nothing holds"), spring == 0 || compensate);
+      if (spring == 0) {
+        EXPECT_NE(c.item("joints that nothing holds").text.find("JointSpec(stiffness=), with comp"),
+                  std::string::npos);
+      }
+    });
+  };
+  const auto why = told(2, true);
+  EXPECT_NE(why.find("force without actuator fails"), why.npos) << why;
+  EXPECT_NE(why.find("at 'joint_2': drive it"), why.npos) << why;
+  EXPECT_NE(why.find("compensate = false"), why.npos) << why;
+  EXPECT_EQ(told(2, false), "");
+  EXPECT_EQ(told(0, true), "");
+  EXPECT_NE(told(2, true, 1.9), "");
 }
 
 }  // namespace

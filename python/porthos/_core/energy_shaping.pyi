@@ -185,7 +185,7 @@ class PotentialShaping:
     def damping(self, value: list[PortDamping]) -> None: ...
     @property
     def compensate(self) -> bool:
-        """Takes the plant's own potential away, so that H_d = T + U."""
+        """Takes the plant's own potential away, gravity and the springs of joints, so that H_d = T + U. Raises where it acts at a joint without actuator."""
         ...
     @compensate.setter
     def compensate(self, value: bool) -> None: ...
@@ -608,7 +608,8 @@ class Lqr:
 def joint_regulation(model: MechanicalModel, rest: list[float], bandwidth: float, damping_ratio: float, skip: list[str] = []) -> PotentialShaping:
     """Joint springs and dampers of a bandwidth [rad/s] and damping ratio at the rest point: k = M_jj w^2, d = 2 zeta M_jj w,
     M_jj the mass the joint feels there while the others stand still. A PotentialShaping. skip: joints without an actuator, which get
-    neither: names of ports or of their joints, "elbow.torque" or "elbow"; another name raises InvalidArgument.
+    neither: names of ports or of their joints, "elbow.torque" or "elbow"; another name raises InvalidArgument. Where gravity or a
+    spring, JointSpec(stiffness=), acts at them, set compensate = False: nothing can cancel it there.
     """
     ...
 
