@@ -73,17 +73,6 @@ class ShapedPotential {
   std::vector<phs::Dual> xd_, ed_;
 };
 
-void check_region(const ClosedLoop& loop, const Region& r) {
-  const size_t n = loop.rest().size() / 2;
-  require_size("region.lower", r.lower.size(), n);
-  require_size("region.upper", r.upper.size(), n);
-  for (size_t a = 0; a < n; ++a)
-    if (const double q = loop.rest()[a]; !(r.lower[a] < q && q < r.upper[a]))
-      throw InvalidArgument(fmt::format(
-          "the region of '{}' is {:g} to {:g}, expected the rest point's {:g} between them",
-          coordinate_names(loop.plant().description())[a], r.lower[a], r.upper[a], q));
-}
-
 bool inside(const Region& r, const Vec& q) {
   for (size_t a = 0; a < q.size(); ++a)
     if (q[a] < r.lower[a] || q[a] > r.upper[a]) return false;
@@ -216,6 +205,24 @@ void cap_by_passes(Basin& b, const ClosedLoop& loop, const std::vector<CriticalP
 
 }  // namespace
 
+void check_region_of(const ClosedLoop& loop, const Region& r) {
+  const size_t n = loop.rest().size() / 2;
+  require_size("region.lower", r.lower.size(), n);
+  require_size("region.upper", r.upper.size(), n);
+  for (size_t a = 0; a < n; ++a) {
+    if (const double q = loop.rest()[a]; !(r.lower[a] < q && q < r.upper[a]))
+      throw InvalidArgument(fmt::format(
+          "the region of '{}' is {:g} to {:g}, expected the rest point's {:g} between them",
+          coordinate_names(loop.plant().description())[a], r.lower[a], r.upper[a], q));
+    for (const double end : {r.lower[a], r.upper[a]}) {
+      Vec x = loop.rest();
+      x[a] = end;
+      if (const auto why = loop.hindrance(x); !why.empty())
+        throw InvalidArgument("narrow the region: " + why);
+    }
+  }
+}
+
 std::vector<double> random_coordinates(const Region& r, std::mt19937_64& generator) {
   std::vector<double> q(r.lower.size());
   for (size_t a = 0; a < q.size(); ++a)
@@ -245,7 +252,7 @@ bool has_quaternions(const ClosedLoop& loop) {
 
 std::vector<CriticalPoint> critical_points(const ClosedLoop& loop, const Region& region,
                                            int starts) {
-  check_region(loop, region);
+  check_region_of(loop, region);
   ShapedPotential V(loop);
   std::mt19937_64 generator(region.seed);
   std::vector<CriticalPoint> found;
@@ -271,7 +278,7 @@ std::vector<CriticalPoint> critical_points(const ClosedLoop& loop, const Region&
 }
 
 Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
-  check_region(loop, region);
+  check_region_of(loop, region);
   ShapedPotential V(loop);
   const size_t n = V.size();
   if (n > 3 || has_quaternions(loop))

@@ -167,10 +167,8 @@ double inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin
 void starts_in_basin(const ClosedLoop& loop, const CertifyOptions& o, const Basin& basin,
                      Certificate& c) {
   const auto law = loop.instantiate<double>();
-  const Vec& rest = loop.rest();
   const double level = basin.level, clear = level - 0.01 * std::max(basin.depth, 0.0);
   for (size_t s = 0; s < o.starts.size(); ++s) {
-    require_size("start state", o.starts[s].size(), rest.size());
     const double H = law->hamiltonian(o.starts[s]);
     const bool straight = straight_way_below(loop, o.starts[s], clear);
     c.report("basin, H_d" + of_start(o, s), H,
@@ -179,6 +177,14 @@ void starts_in_basin(const ClosedLoop& loop, const CertifyOptions& o, const Basi
                           : fmt::format("at the start: below c = {:.6g}, but on the straight way "
                                           "to the rest V_d comes within 1 % of it",
                                         level));
+  }
+}
+
+void check_starts(const ClosedLoop& loop, const CertifyOptions& o) {
+  for (size_t s = 0; s < o.starts.size(); ++s) {
+    require_size("start state", o.starts[s].size(), loop.rest().size());
+    if (const auto why = loop.hindrance(o.starts[s]); !why.empty())
+      throw InvalidArgument(fmt::format("starts[{}]: {}", s, why));
   }
 }
 
@@ -191,11 +197,14 @@ Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
     throw InvalidArgument(fmt::format("samples is {}, expected 1 or more: none would show nothing",
                                       o.region.samples));
   check_limits(loop, o.run.limits);
+  const bool small = n <= 3 && !has_quaternions(loop);
+  if (small) check_region_of(loop, o.region);
+  check_starts(loop, o);
   rate_of_energy(loop, o.region, c);
   linearised(loop, c);
   held_joints(loop, c);
   double limited_from = HUGE_VAL;
-  if (n <= 3 && !has_quaternions(loop)) {
+  if (small) {
     const auto points = critical_points(loop, o.region);
     int minima = 0;
     for (const auto& p : points) minima += p.descending == 0;

@@ -68,9 +68,9 @@ struct FourierDesign {
   Chebyshev rr, rs, ss, constant, cosine, sine;
   std::string coordinate;  ///< r's name
 
-  /// The polynomials grow without bound outside their interval.
+  /// The polynomials grow without bound outside their interval; its ends are rounded.
   std::string hindrance(std::span<const double> q) const {
-    if (std::fabs(q[r] - rest_r) <= rr.w) return {};
+    if (std::fabs(q[r] - rest_r) <= (1 + 1e-9) * rr.w) return {};
     return fmt::format(
         "'{}' is {:.4g}, outside {:.4g} to {:.4g}, where numerical_matching made "
         "'{}': take a larger half_width than {:g}, or a start nearer to rest",
@@ -262,6 +262,21 @@ class FourierMatching {
   Chebyshev log_lambda_;
 };
 
+/// Its certificate tells the interval.
+class LoopOfInterval final : public MatchedLoop {
+ public:
+  LoopOfInterval(PlantPtr plant, FourierDesign design, const NumericalMatching& o,
+                 const MatchingOptions& options)
+      : MatchedLoop(std::move(plant), energy_shaping::shaping(design), {o.actuator},
+                    {o.rest[0], o.rest[1]}, options) {
+    certificate_.report(
+        "half_width", o.half_width,
+        fmt::format("the law is made for '{}' from {:.4g} to {:.4g} and is not "
+                    "defined beyond",
+                    design.coordinate, design.rest_r - o.half_width, design.rest_r + o.half_width));
+  }
+};
+
 }  // namespace
 
 LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
@@ -286,9 +301,8 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
   }
   options.region.rate = o.rate;
   options.refuse = false;
-  auto loop = std::make_shared<MatchedLoop>(std::move(plant), shaping(std::move(design)),
-                                            std::vector<std::string>{o.actuator},
-                                            std::vector<double>{o.rest[0], o.rest[1]}, options);
+  const auto loop =
+      std::make_shared<LoopOfInterval>(std::move(plant), std::move(design), o, options);
   const CertificateItem* fails = loop->certificate().failure();
   if (fails && fails->name == "matching, potential energy")
     refuse(o, fmt::format("V_d of degree {} misses the matching within half_width = {:g} by "

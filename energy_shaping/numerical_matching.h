@@ -22,7 +22,8 @@ struct NumericalMatching {
   std::string actuator;  ///< port of s
   int unactuated = 1;    ///< r: 0 or 1
   double ratio = 0;      ///< ρ
-  /// r in [-half_width, half_width]; a run that leaves it and fails tells so
+  /// r in [-half_width, half_width]: beyond it the law is not defined, certify() refuses boxes and
+  /// starts, and a run that leaves it and fails tells so
   double half_width = 1;
   double scale = 1;        ///< |λ_r| at rest
   double determinant = 1;  ///< > 0

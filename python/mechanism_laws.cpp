@@ -52,7 +52,8 @@ void bind_numerical_matching(py::module_& m) {
 plant: two coordinates, an equilibrium at q = rest, from which r and s count: state the upright if the model hangs at 0 (the
 certificate has a line "rest without the law" where the design is for a hanging position). Its masses depend on the coordinate
 r without actuator alone (a pendubot, a cart and pole). actuator: port of the other one, s. ratio: rho = lambda_s/lambda_r of
-lambda = M^-1 M_d e_r. unactuated: r, 0 or 1; it is looked at within +-half_width [rad | m], |s| up to `other`, |q'_i| up to `rate`. scale: |lambda_r| at rest;
+lambda = M^-1 M_d e_r. unactuated: r, 0 or 1; it is looked at within +-half_width [rad | m] of rest, beyond which
+the law is not defined (nan, or any number) and certify() refuses boxes and starts; |s| up to `other`, |q'_i| up to `rate`. scale: |lambda_r| at rest;
 determinant: det M_d over its (r, r) number. ku, kv: gains of s - rho r and of damping. degree of the Chebyshev polynomials;
 matching: bound of the relative residuals. Raises InvalidArgument where rho M_rs + M_rr vanishes in the interval, with the place,
 where the polynomials do not resolve the functions, and for residuals above the bound. Cost: some ms to some 100 ms.

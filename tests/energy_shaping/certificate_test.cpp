@@ -456,6 +456,22 @@ TEST(Modes, ThatGrowSaySo) {
   EXPECT_FALSE(c.has("hardly damped"));
 }
 
+/// The steps of the plant do not fail, but its energy is no number.
+TEST(Certify, ARunThatDoesNotFinishTellsWhy) {
+  const auto arm = test::arm(1, 0, 0);
+  PotentialShaping shaping;
+  shaping.joints = {{"joint_0.torque", 1}};
+  shaping.rest = {0};
+  const PotentialLoop loop(arm, shaping);
+  const auto of = [&](double momentum) {
+    CertifyOptions o{.region = {{-1}, {1}}, .starts = {{0, momentum}}, .periods = {0.01}};
+    o.run.duration = 0.1;
+    return certify(loop, o).item("run at 10 ms").text;
+  };
+  EXPECT_EQ(of(1e160).find("did not finish: at 0.01 s H_d is inf, expected"), 0u) << of(1e160);
+  EXPECT_EQ(of(1).find("H_d left, relative"), 0u) << of(1);  // control
+}
+
 TEST(Certify, UndampedLoopFails) {
   const auto loop = acrobot({.kv = 0});
   const auto c = certify(*loop, options_of(*loop, {0.1, 0, 0, 0}, 20));

@@ -243,6 +243,29 @@ TEST(NumericalMatching, TellsWhatLeftItsInterval) {
   EXPECT_EQ(said(0.1, 1).find("controller 'law': 'elbow' is 6.383, outside"), 0u);
 }
 
+/// A certificate tells the interval and looks at no place beyond it. Controls: the interval itself
+/// about a rest that rounds its ends, and a start within.
+TEST(NumericalMatching, CertifiesItsIntervalAlone) {
+  const auto loop = numerical_matching(rotary_pendulum(), rotary());
+  const auto& item = loop->certificate().item("half_width");
+  EXPECT_EQ(item.text, "the law is made for 'swing' from 2.542 to 3.742 and is not defined beyond");
+  const auto told = [&](double lower, double upper, double start) {
+    CertifyOptions o{.region = loop->options().region, .starts = {{0.1, 3.2, 0, 0}}};
+    o.region.lower[1] = lower;
+    o.region.upper[1] = upper;
+    o.region.samples = 10;
+    o.starts.push_back({0, start, 0, 0});
+    o.run.duration = 0.1;
+    return refusal([&] { (void)certify(*loop, o); });
+  };
+  const double pi = std::acos(-1.0);
+  EXPECT_EQ(told(pi - 0.6, pi + 0.6, pi + 0.6), "");
+  const auto box = told(0, pi + 0.6, pi), start = told(pi - 0.6, pi + 0.6, 2);
+  EXPECT_EQ(box.find("narrow the region: 'swing' is 0, outside 2.542 to 3.742, "), 0u) << box;
+  EXPECT_EQ(start.find("starts[1]: 'swing' is 2, outside 2.542 to 3.742, where "), 0u) << start;
+  EXPECT_LE(std::max(box.size(), start.size()), 220u);
+}
+
 TEST(NumericalMatching, RefusesWithTheReason) {
   const auto model = two_links();
   auto degenerate = pendubot(), coarse = pendubot(), wide = pendubot(), port = pendubot();

@@ -652,7 +652,7 @@ def certify(loop: ClosedLoop, *, lower: list[float], upper: list[float], rate: f
     in them [s], multiples of step, 0: continuous. limits: largest |u| of each actuated input [N m | N], or one number for all; []:
     without. They act in the runs, and the shares of them that runs and basin take are told.
     Raises InvalidArgument for no samples, for limits and starts that do not fit the loop, and, up to 3 coordinates, for a box
-    without the rest point inside. Cost: seconds.
+    without the rest point inside; for a box and starts beyond the half_width of numerical_matching() too. Cost: seconds.
     """
     ...
 
@@ -692,7 +692,8 @@ def numerical_matching(plant: Model, *, actuator: str, ratio: float, unactuated:
     plant: two coordinates, an equilibrium at q = rest, from which r and s count: state the upright if the model hangs at 0 (the
     certificate has a line "rest without the law" where the design is for a hanging position). Its masses depend on the coordinate
     r without actuator alone (a pendubot, a cart and pole). actuator: port of the other one, s. ratio: rho = lambda_s/lambda_r of
-    lambda = M^-1 M_d e_r. unactuated: r, 0 or 1; it is looked at within +-half_width [rad | m], |s| up to `other`, |q'_i| up to `rate`. scale: |lambda_r| at rest;
+    lambda = M^-1 M_d e_r. unactuated: r, 0 or 1; it is looked at within +-half_width [rad | m] of rest, beyond which
+    the law is not defined (nan, or any number) and certify() refuses boxes and starts; |s| up to `other`, |q'_i| up to `rate`. scale: |lambda_r| at rest;
     determinant: det M_d over its (r, r) number. ku, kv: gains of s - rho r and of damping. degree of the Chebyshev polynomials;
     matching: bound of the relative residuals. Raises InvalidArgument where rho M_rs + M_rr vanishes in the interval, with the place,
     where the polynomials do not resolve the functions, and for residuals above the bound. Cost: some ms to some 100 ms.
