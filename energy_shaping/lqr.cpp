@@ -72,6 +72,36 @@ double largest(const Matrix& M) {
   return most;
 }
 
+/// What to say where Riccati's equation has no solution because no weight sees a motion that does
+/// not return by itself; empty: weights do not help. Q: of (q, p), by the names of q
+std::string unseen(const Matrix& A, const Matrix& B, Matrix Q, const Matrix& R,
+                   const std::vector<std::string>& names) {
+  std::vector<int> without;
+  double weight = 0;
+  for (int i = 0; i < int(names.size()); ++i) {
+    weight = std::max(weight, 1e-2 * Q(i, i));
+    if (Q(i, i) == 0) without.push_back(i);
+  }
+  if (weight == 0) weight = 1;
+  const auto solved = [&] { return largest(riccati(A, B, Q, R)) < HUGE_VAL; };
+  for (const int i : without) Q(i, i) = weight;
+  if (without.empty() || !solved()) return {};
+  std::string needed, any;  // needed: the weights of the others do not do
+  for (const int i : without) {
+    Q(i, i) = 0;
+    add_to_list(any, "'" + names[size_t(i)] + "'");
+    if (!solved()) add_to_list(needed, "'" + names[size_t(i)] + "'");
+    Q(i, i) = weight;
+  }
+  if (needed.empty())
+    return "no weight sees a motion that does not return by itself: state a small one of " + any;
+  return needed.find(',') == std::string::npos
+             ? "the coordinate " + needed +
+                   " has no weight and does not return by itself: state a small one"
+             : "the coordinates " + needed +
+                   " have no weights and do not return by themselves: state small ones";
+}
+
 }  // namespace
 
 Lqr::Lqr(std::shared_ptr<const mechanics::MechanicalModel> plant,
@@ -147,6 +177,9 @@ void Lqr::design(const std::vector<int>& at, const LqrWeights& weights) {
     Ri(int(j), int(j)) = 1 / weights.effort[j];
   }
   P_ = riccati(A, B, Q, R);
+  if (largest(P_) == HUGE_VAL)
+    if (const auto why = unseen(A, B, Q, R, certificate_.coordinates()); !why.empty())
+      throw InvalidArgument(certificate_.title() + ": " + why);
   K_ = Ri * transpose(B) * P_;
   const Matrix AP = transpose(A) * P_, PBK = P_ * B * K_, BK = B * K_;
   Matrix residual = zeros(2 * n, 2 * n), closed = residual;
@@ -156,8 +189,10 @@ void Lqr::design(const std::vector<int>& at, const LqrWeights& weights) {
       closed(i, j) = A(i, j) - BK(i, j);
     }
   certificate_.at_most("Riccati equation",
-                       largest(residual) / (largest(Q) + largest(AP) + largest(PBK)), 1e-9,
-                       "largest residual over its largest term; large: not stabilisable");
+                       largest(P_) == HUGE_VAL
+                           ? HUGE_VAL
+                           : largest(residual) / (largest(Q) + largest(AP) + largest(PBK)),
+                       1e-9, "largest residual over its largest term; large: not stabilisable");
   const auto modes = phs::eigenvalues(size_t(nx), closed.a);
   fastest_ = HUGE_VAL;
   for (const auto& z : modes) {

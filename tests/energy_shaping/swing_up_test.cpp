@@ -188,6 +188,44 @@ TEST(Lqr, TellsItsGains) {
   EXPECT_NE(k.text.find("pivot' "), std::string::npos) << k.text;
 }
 
+/// A coordinate that no weight sees and that nothing brings back is named. Controls: a small weight
+/// of it, a plant that no weights help, and one that no actuator can hold.
+TEST(Lqr, NamesTheCoordinateWithoutAWeight) {
+  const auto furuta = urdf_model("furuta_swing_up/furuta.urdf", 9.81);
+  const auto told = [&](const std::string& actuator, double turn, double swing, double rate) {
+    return words_of([&] {
+      (void)Lqr(furuta, {actuator}, {0, pi}, {{turn, swing}, {rate, rate}, {100}});
+    });
+  };
+  const std::string why = told("turn.torque", 0, 1, 0.01);
+  EXPECT_NE(why.find("the coordinate 'turn' has no weight and does not return by itself: state a "
+                     "small one"),
+            std::string::npos)
+      << why;
+  EXPECT_LE(why.size(), 220u);
+  EXPECT_EQ(told("turn.torque", 1e-4, 1, 0.01), "");
+  EXPECT_EQ(told("turn.torque", 0.3, 0, 0.01), "");
+  const auto unreached = [&] {
+    mechanics::MechanismBuilder b("apart");
+    for (const char* name : {"one", "two"}) {
+      mechanics::BodySpec s;
+      s.name = name;
+      s.parent = "world";
+      s.joint.type = "prismatic";
+      s.joint.axis = {1, 0, 0};
+      s.mass.mass = 1;
+      s.mass.inertia = {1, 0, 0, 1, 0, 1};
+      b.add(s);
+    }
+    const auto apart = std::make_shared<mechanics::MechanicalModel>(
+        std::make_shared<mechanics::Mechanism>(b.build()));
+    return words_of([&] { (void)Lqr(apart, {"one.force"}, {0, 0}, {{1, 0}, {1, 1}, {1}}); });
+  }();
+  EXPECT_NE(unreached.find("Riccati equation fails: inf, expected at most"), std::string::npos)
+      << unreached;
+  EXPECT_NE(unreached.find("no actuator reaches"), std::string::npos);
+}
+
 /// The upright pendulum with friction 0.3 and u* at an angle where gravity needs it: θ'' = 9.81/1.1
 /// cos(0.2) θ - 0.3/1.1 θ' + u/1.1 in closed form; in (q, p) its columns are those of the momenta.
 TEST(LinearPlant, IsThatOfThePendulumInMomentaAndRates) {
