@@ -277,6 +277,21 @@ class LoopOfInterval final : public MatchedLoop {
   }
 };
 
+/// The port that acts on r alone is not that of s.
+void refuse_actuator_of_r(const phs::Model& plant, const NumericalMatching& o) {
+  const auto& d = plant.description();
+  const auto r = size_t(o.unactuated), s = 1 - r;
+  const std::vector<double> x{o.rest[0], o.rest[1], 0, 0};
+  std::vector<double> u(size_t(d.nu), 0.0), force(4);
+  u[size_t(port_offsets(d, {o.actuator}).front())] = 1;
+  plant.instantiate<double>()->apply_input(x, u, force);
+  if (force[2 + s] != 0 || force[2 + r] == 0) return;
+  const auto names = coordinate_names(d);
+  refuse(o, fmt::format("actuator '{}' acts on '{}', which unactuated = {} states to have none, "
+                        "expected the port of '{}', or unactuated = {}",
+                        o.actuator, names[r], r, names[s], s));
+}
+
 }  // namespace
 
 LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
@@ -285,6 +300,7 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
     refuse(o, "the plant needs two coordinates, and the unactuated one is 0 or 1");
   if (!(o.half_width > 0) || !(o.scale > 0) || !(o.determinant > 0) || o.degree < 8)
     refuse(o, "half_width, scale, determinant > 0 and a degree >= 8 are needed");
+  refuse_actuator_of_r(*plant, o);
   const auto r = size_t(o.unactuated);
   Probe probe(*plant, o);
   auto design = FourierMatching(d, o, probe).design();

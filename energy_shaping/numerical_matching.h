@@ -35,8 +35,8 @@ struct NumericalMatching {
   std::array<double, 2> rest{0, 0};  ///< q*, an equilibrium of the plant; r and s count from it
 };
 
-/// Rest at q*. Its certificate tells if the plant hangs there. @throws InvalidArgument where
-/// ρ M_rs + M_rr vanishes in the interval (with the place), V is not of the form above, the
+/// Rest at q*. Its certificate tells if the plant hangs there. @throws InvalidArgument for an
+/// actuator that acts on r, where ρ M_rs + M_rr vanishes in the interval (with the place), V is not of the form above, the
 /// polynomials do not resolve the functions, or MatchedLoop refuses
 LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& options);
 
@@ -46,7 +46,8 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& options);
 ///   ω² = (K_rr + ρ K_rs)/(M_rr + ρ M_rs),
 /// so of another one the nearest are found. By a search over six decades. For set-up: some 100 ms
 /// @throws InvalidArgument for a plant that is not of two coordinates, numbers that are not above
-///   0, and a ratio with which no gains make the rest point attract
+///   0, a rest at which V has a slope along r, and a ratio with which no gains make the rest point
+///   attract
 NumericalMatching numerical_matching_gains(const phs::Model& plant, NumericalMatching options,
                                            double bandwidth, double damping_ratio);
 

@@ -25,6 +25,13 @@ class MatchedAtRest {
     const auto H = hessian(plant, x);
     K_rr_ = H[5 * r_];
     K_rs_ = H[4 * r_ + s_];
+    std::vector<double> slope(4);
+    plant.instantiate<double>()->gradient(x, slope);
+    if (!(std::fabs(slope[r_]) <= 1e-6 * (std::fabs(K_rr_) + std::fabs(K_rs_))))
+      throw InvalidArgument(
+          fmt::format("gains of a numerical matching: no equilibrium at rest [{:g}, {:g}]: "
+                      "{:.3g} N m (N) pull '{}', which has no actuator, expected where it balances",
+                      o.rest[0], o.rest[1], -slope[r_], coordinate_names(plant.description())[r_]));
     for (size_t i = 0; i < 2; ++i)
       for (size_t j = 0; j < 2; ++j) {
         inverse_[2 * i + j] = of.A(int(i), int(2 + j));

@@ -55,7 +55,7 @@ r without actuator alone (a pendubot, a cart and pole). actuator: port of the ot
 lambda = M^-1 M_d e_r. unactuated: r, 0 or 1; it is looked at within +-half_width [rad | m] of rest, beyond which
 the law is not defined (nan, or any number) and certify() refuses boxes and starts; |s| up to `other`, |q'_i| up to `rate`. scale: |lambda_r| at rest;
 determinant: det M_d over its (r, r) number. ku, kv: gains of s - rho r and of damping. degree of the Chebyshev polynomials;
-matching: bound of the relative residuals. Raises InvalidArgument where rho M_rs + M_rr vanishes in the interval, with the place,
+matching: bound of the relative residuals. Raises InvalidArgument for an actuator of r, where rho M_rs + M_rr vanishes in the interval, with the place,
 where the polynomials do not resolve the functions, and for residuals above the bound. Cost: some ms to some 100 ms.
 Source: after Auckly, Kapitanski, White 2000.)");
 }
@@ -88,8 +88,8 @@ void bind_numerical_gains(py::module_& m) {
 numerical_matching(plant, actuator=..., **numerical_matching_gains(plant, bandwidth=7)).
 
 The loop linearised at the rest point has both twice. The ratio alone decides on the bandwidth: of one that is given (not 0) the
-nearest are found. The other arguments are those of numerical_matching. Raises InvalidArgument for numbers that are not above 0, and
-where no gains make the rest point attract. Cost: some 100 ms.)");
+nearest are found. The other arguments are those of numerical_matching. Raises InvalidArgument for numbers that are not above 0, a
+rest that is no equilibrium, and where no gains make the rest point attract. Cost: some 100 ms.)");
 }
 
 void bind_swing_up(py::module_& m) {

@@ -194,6 +194,13 @@ TEST(NumericalMatching, GainsByBandwidth) {
   plain.ratio = 0.1;
   const auto why = refusal([&] { (void)numerical_matching_gains(*model, plain, 7, 0.7); });
   EXPECT_NE(why.find("expected another ratio"), why.npos) << why;
+  plain.ratio = 0;
+  plain.rest[1] = 2.5;
+  const auto leans = refusal([&] { (void)numerical_matching_gains(*model, plain, 7, 0.7); });
+  EXPECT_NE(leans.find("no equilibrium at rest [0, 2.5]: -0.106 N m (N) pull 'swing', which"),
+            leans.npos)
+      << leans;
+  EXPECT_LE(leans.size(), 220u);
 }
 
 /// Near the place where the column of M_d degenerates the polynomials of V_d do not suffice: the
@@ -277,7 +284,10 @@ TEST(NumericalMatching, RefusesWithTheReason) {
   for (const auto& [o, expected] :
        {std::pair<NumericalMatching, const char*>{wide, "degenerates at r"},
         {coarse, "do not resolve"},
-        {port, "matching, "}}) {
+        {port,
+         "actuator 'elbow.torque' acts on 'elbow', which unactuated = 1 states to have none, "
+         "expected "
+         "the port of 'shoulder', or unactuated = 0"}}) {
     const auto got = refusal([&, &how = o] { (void)numerical_matching(model, how); });
     std::printf("  %s\n", got.c_str());
     EXPECT_NE(got.find(expected), std::string::npos) << got;
