@@ -182,6 +182,22 @@ Flood flood(const Grid& grid, GridPotential& at, size_t n, size_t start,
   return {HUGE_VAL, start, done};
 }
 
+/// Which sides of the box end a basin at a node of its border, and whether they may go further.
+std::string ended_by(const ClosedLoop& loop, const Region& r, const Grid& grid, size_t node) {
+  const auto names = coordinate_names(loop.plant().description());
+  std::string ends;
+  bool wider = true;
+  for (size_t a = 0; a < r.lower.size(); ++a) {
+    if (!grid.at_border(node, a)) continue;
+    add_to_list(ends, "'" + names[a] + "'");
+    const double q = grid.point(node)[a], out = 1e-3 * grid.width(a);
+    Vec x = loop.rest();
+    x[a] = q + (q > x[a] ? out : -out);
+    wider = wider && loop.hindrance(x).empty();
+  }
+  return "the box of " + ends + " ends it" + (wider ? ", widen it" : "");
+}
+
 /// No component of {V_d < c} around the rest point lies above a pass that it reaches, but the paths
 /// of a coarse grid may. So c is lowered to the passes known: those in a cell that the flood
 /// touches, or with V_d below c all the straight way to the rest point.
@@ -309,7 +325,7 @@ Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
             std::fabs(at(summit + grid.stride(a)) - 2 * at(summit) + at(summit - grid.stride(a))) /
             8;
     b.level -= slack;
-    b.method += ", left through the region's boundary";
+    b.method += ", left through the region's boundary: " + ended_by(loop, region, grid, summit);
   } else if (V.refine(q, region)) {
     bool near = true;
     for (size_t a = 0; a < n; ++a) near = near && std::fabs(q[a] - b.at[a]) < 4 * grid.width(a) / N;

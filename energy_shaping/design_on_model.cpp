@@ -180,6 +180,8 @@ void DesignOnModel::check_motion() {
   certificate_.at_most(
       "moves as the design's plant", worst / scale, 1e-9,
       "accelerations of the model under the law, over the largest, at 300 states" + unknown, where);
+  if (!unknown.empty())
+    certificate_.help("design on the model without it and add it as an [[element]]");
 }
 
 PortLaw DesignOnModel::port_law() const {

@@ -28,8 +28,8 @@ class Lqr {
   /// @param rest       q*, nq numbers
   /// @param periodic   angles that count modulo full turns, nq flags; empty: none
   /// @throws InvalidArgument for constraints, joints of several degrees of freedom, weights of the
-  ///   wrong number or sign or that leave a motion unseen, naming its coordinates, a rest that is no equilibrium under the actuators, and a plant that
-  ///   they cannot stabilise
+  ///   wrong number or sign or that leave a motion unseen, naming its coordinates, a rest that is
+  ///   no equilibrium under the actuators, and a plant that they cannot stabilise
   Lqr(std::shared_ptr<const mechanics::MechanicalModel> plant, std::vector<std::string> actuators,
       std::vector<double> rest, const LqrWeights& weights, std::vector<bool> periodic = {});
 

@@ -36,8 +36,8 @@ struct NumericalMatching {
 };
 
 /// Rest at q*. Its certificate tells if the plant hangs there. @throws InvalidArgument for an
-/// actuator that acts on r, where ρ M_rs + M_rr vanishes in the interval (with the place), V is not of the form above, the
-/// polynomials do not resolve the functions, or MatchedLoop refuses
+/// actuator that acts on r, where ρ M_rs + M_rr vanishes in the interval (with the place), V is not
+/// of the form above, the polynomials do not resolve the functions, or MatchedLoop refuses
 LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& options);
 
 /// The options with ku, kv and determinant, and with the ratio if it is 0, whose loop, linearised

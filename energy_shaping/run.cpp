@@ -95,16 +95,16 @@ void check_limits(const ClosedLoop& loop, const std::vector<double>& limits) {
 
 namespace {
 
-/// After a step to t that failed, or that left H_d without a value.
-std::string why_it_broke_off(const ClosedLoop& loop, const std::vector<double>& x, double t,
-                             integrators::Outcome outcome, double H_d) {
-  const std::string why = loop.hindrance(x);
-  if (!why.empty()) return fmt::format("at {:.6g} s {}", t, why);
+/// H: H_d after the step that was the last.
+std::string why_ended(const ClosedLoop& loop, std::span<const double> x, double t,
+                      integrators::Outcome outcome, double H) {
+  if (const auto why = loop.hindrance(x); !why.empty())
+    return fmt::format("at {:.6g} s {}", t, why);
   if (outcome != integrators::Outcome::ok) return integrators::to_string(outcome);
   return fmt::format(
       "at {:.6g} s H_d is {}, expected a finite number: start nearer to the rest point, or take a "
       "shorter step",
-      t, H_d);
+      t, H);
 }
 
 }  // namespace
@@ -167,7 +167,7 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
     const double next = law->hamiltonian(s.x);
     if (outcome != integrators::Outcome::ok || !std::isfinite(next)) {
       run.finished = false;
-      run.outcome = why_it_broke_off(loop, s.x, double(s.step) * o.step, outcome, next);
+      run.outcome = why_ended(loop, s.x, double(s.step) * o.step, outcome, next);
       break;
     }
     run.rise = std::max(run.rise, next - H);

@@ -137,7 +137,7 @@ std::string SwingUpTrials::words() {
 std::string SwingUpTrials::of_none(size_t tried, double level) {
   const std::string none = fmt::format(
       "in runs of the mechanism alone none of {} settings of pump, energy_margin and level hands "
-      "over and holds",
+      "over and holds with bandwidth = 1, the only one tried",
       tried);
   struct Help {
     const char* words;

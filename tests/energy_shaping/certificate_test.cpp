@@ -472,6 +472,23 @@ TEST(Certify, ARunThatDoesNotFinishTellsWhy) {
   EXPECT_EQ(of(1).find("H_d left, relative"), 0u) << of(1);  // control
 }
 
+/// A basin that its box ends names the side. Control: the other side.
+TEST(Certify, ABasinThatTheBoxEndsNamesTheCoordinate) {
+  PotentialShaping springs;
+  springs.joints = {{"joint_0.torque", 1}, {"joint_1.torque", 1}};
+  springs.rest = {0, 0};
+  const PotentialLoop loop(test::arm(2, 0, 0), springs);
+  const auto method = [&](double first, double second) {
+    Region box;
+    box.lower = {-first, -second};
+    box.upper = {first, second};
+    return basin(loop, box).method;
+  };
+  const std::string one = method(0.1, 3), other = method(3, 0.1);
+  EXPECT_NE(one.find("boundary: the box of 'joint_0' ends it, widen it"), one.npos) << one;
+  EXPECT_NE(other.find("boundary: the box of 'joint_1' ends it, widen it"), other.npos) << other;
+}
+
 TEST(Certify, UndampedLoopFails) {
   const auto loop = acrobot({.kv = 0});
   const auto c = certify(*loop, options_of(*loop, {0.1, 0, 0, 0}, 20));

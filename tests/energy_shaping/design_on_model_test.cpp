@@ -255,6 +255,11 @@ TEST(DesignOnModel, RefusesAModelThatIsNotTheDesigns) {
         cart_pole_on(cart_and_pole(1, 0.1), {"cart_joint.force", {0, pi}}, gains);
       },
       "has a damping of 0.1, expected 0: the design knows none");
+  says(
+      [&] {
+        cart_pole_on(cart_and_pole(1, 0.1), {"cart_joint.force", {0, pi}}, gains);
+      },
+      "; design on the model without it and add it as an [[element]]");
   // Hanging instead of upright: a < 0.
   says(
       [&] {

@@ -271,6 +271,13 @@ TEST(NumericalMatching, CertifiesItsIntervalAlone) {
   EXPECT_EQ(box.find("narrow the region: 'swing' is 0, outside 2.542 to 3.742, "), 0u) << box;
   EXPECT_EQ(start.find("starts[1]: 'swing' is 2, outside 2.542 to 3.742, where "), 0u) << start;
   EXPECT_LE(std::max(box.size(), start.size()), 220u);
+  // A box that may not be wider is not told to be.
+  auto region = loop->options().region;
+  region.lower[0] = -100;
+  region.upper[0] = 100;
+  const std::string method = basin(*loop, region).method;
+  EXPECT_NE(method.find("the box of 'swing' ends it"), std::string::npos) << method;
+  EXPECT_EQ(method.find("widen"), std::string::npos) << method;
 }
 
 TEST(NumericalMatching, RefusesWithTheReason) {

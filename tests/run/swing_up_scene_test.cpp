@@ -312,7 +312,9 @@ TEST(SwingUpScene, WhereNoSettingsDoTheNoteSaysWhatIsMissing) {
   auto brief = without_friction(folder, 100, "bandwidth = 1\npump = 3.3\n");
   brief.duration = 2.5;
   const std::string note = handover_of(run_of(brief));
-  EXPECT_TRUE(has(note, "settings of pump, energy_margin and level hands over and holds"));
+  EXPECT_TRUE(has(note,
+                  "settings of pump, energy_margin and level hands over and holds with "
+                  "bandwidth = 1, the only one tried"));
   const auto named = settings_in(note, "in three times the duration ", " reaches the level");
   auto longer = without_friction(folder, 100, named);
   longer.duration = 3 * brief.duration;
