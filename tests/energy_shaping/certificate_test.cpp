@@ -411,7 +411,7 @@ TEST(Certify, ARunThatDoesNotFinishIsNotJudged) {
   const Certificate c = certify(*loop, o);
   const CertificateItem& run = c.item("run at 500 ms");
   EXPECT_EQ(run.finding, Finding::not_judged);
-  EXPECT_EQ(run.text, "did not finish: H_d is no finite number after the step to 0.6 s");
+  EXPECT_EQ(run.text.find("did not finish: at 0.6 s H_d is "), 0u) << run.text;
   EXPECT_EQ(c.item("run, continuous").finding, Finding::holds);
   EXPECT_FALSE(c.holds());
   EXPECT_EQ(c.failure(), &run);
