@@ -32,8 +32,9 @@ std::string words(const EnergyReport& e, const Told& told) {
   if (!std::isfinite(g)) {
     if (drifts) return "drifts " + rate + but;
     if (e.swings_grow() && !rounding) return swings;
-    return told.unequal ? "is known at unequal intervals, which do not tell how it grows"
-                        : "has too few records or swings, or too much scatter, to tell how it grows";
+    return told.unequal
+               ? "is known at unequal intervals, which do not tell how it grows"
+               : "has too few records or swings, or too much scatter, to tell how it grows";
   }
   const std::string exponent = fmt::format(" (growth exponent {:.2f})", g);
   if (g >= 0.75)

@@ -383,7 +383,9 @@ TEST_F(Cli, ARunThatEndedEarlySaysSoInWords) {
                            "--out wild");
   EXPECT_EQ(a.code, 3) << a.out << a.err;
   EXPECT_TRUE(contains(a.out, "end reached  no")) << a.out;
-  EXPECT_TRUE(contains(a.out, "has too few records or swings, or too much scatter, to tell how it grows")) << a.out;
+  EXPECT_TRUE(
+      contains(a.out, "has too few records or swings, or too much scatter, to tell how it grows"))
+      << a.out;
   EXPECT_TRUE(contains(a.out, "expected a smaller step than 1.5 s")) << a.out;
   for (const char* raw : {"nan", "inf ", "outcome"}) EXPECT_FALSE(contains(a.out, raw)) << a.out;
 }

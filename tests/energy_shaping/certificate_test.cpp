@@ -409,7 +409,7 @@ TEST(Certify, ARunThatDoesNotFinishIsNotJudged) {
   EXPECT_EQ(certify(*loop, o).json().find("not judged"), std::string::npos);
   o.periods = {0, 0.5};
   const Certificate c = certify(*loop, o);
-  const CertificateItem& run = c.item("run at 500 ms");
+  const auto& run = c.item("run at 500 ms");
   EXPECT_EQ(run.finding, Finding::not_judged);
   EXPECT_EQ(run.text.find("did not finish: at 0.6 s H_d is "), 0u) << run.text;
   EXPECT_EQ(c.item("run, continuous").finding, Finding::holds);

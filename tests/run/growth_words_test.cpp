@@ -53,7 +53,8 @@ TEST(GrowthWords, OfEachKindOfError) {
             "single records");
   EXPECT_EQ(words(run(1e-6, 0.1, 0, 3)),
             "swings, and its swings grow 3-fold (growth exponent 0.10)");
-  EXPECT_EQ(words(run(1e-6, NAN)), "has too few records or swings, or too much scatter, to tell how it grows");
+  EXPECT_EQ(words(run(1e-6, NAN)),
+            "has too few records or swings, or too much scatter, to tell how it grows");
   EXPECT_EQ(words(run(1e-6, NAN, 1e-9)), "drifts by 1e-09 per s");
   // The words never contradict the flag.
   EXPECT_EQ(words(run(1e-13, 0.48, 1e-16)),
