@@ -479,12 +479,9 @@ TEST(Certify, ABasinThatTheBoxEndsNamesTheCoordinate) {
   springs.rest = {0, 0};
   const PotentialLoop loop(test::arm(2, 0, 0), springs);
   const auto method = [&](double first, double second) {
-    Region box;
-    box.lower = {-first, -second};
-    box.upper = {first, second};
-    return basin(loop, box).method;
+    return basin(loop, {{-first, -second}, {first, second}}).method;
   };
-  const std::string one = method(0.1, 3), other = method(3, 0.1);
+  const auto one = method(0.1, 3), other = method(3, 0.1);
   EXPECT_NE(one.find("boundary: the box of 'joint_0' ends it, widen it"), one.npos) << one;
   EXPECT_NE(other.find("boundary: the box of 'joint_1' ends it, widen it"), other.npos) << other;
 }

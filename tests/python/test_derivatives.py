@@ -72,12 +72,12 @@ def test_products_with_the_hessian_are_the_change_of_the_gradient():
     by = 2.0 ** -17
     up, down = gradient(x + by * along), gradient(x - by * along)
     change = (up.start - down.start) / (2 * by)
-    of_mass = (up.parameters["rod.mass"] - down.parameters["rod.mass"]) / (2 * by)
+    of_moment = (up.parameters["rod.moment.z"] - down.parameters["rod.moment.z"]) / (2 * by)
     print(f"  off the difference by {np.abs(g.start_along - change).max():.1e} of {np.abs(change).max():.2g}, bound 1e-8; "
-          f"the mass's by {abs(g.parameters_along['rod.mass'] - of_mass):.1e} of {of_mass:.2g}; "
+          f"the moment's by {abs(g.parameters_along['rod.moment.z'] - of_moment):.1e} of {of_moment:.2g}; "
           f"without curvatures {np.abs(differenced.start_along - g.start_along).max():.1e}")
     assert np.abs(g.start_along - change).max() < 1e-8 * np.abs(change).max()
-    assert abs(g.parameters_along["rod.mass"] - of_mass) < 1e-8 * abs(of_mass)
+    assert abs(g.parameters_along["rod.moment.z"] - of_moment) < 1e-8 * abs(of_moment)
     assert np.abs(differenced.start_along - g.start_along).max() < 1e-8 * np.abs(change).max()
     assert np.array_equal(g.start, gradient(x).start)
     assert gradient(x).start_along.size == 0 and gradient(x).parameters_along == {}
