@@ -103,7 +103,7 @@ double ErrorStatistics::growth_exponent() const {
   if (!levels_.empty() && levels_[0].count > 0 && !(levels_[0].sum_of_squares > 0)) return 0;
   const double slope = slope_of_increments();
   // Noise of single records, or a long swing under short ones: the scatter says more.
-  constexpr double bounded = 0.25, hardly_any = 0.1;
+  constexpr double bounded = 0.25, hardly_any = 0.15;
   return slope < bounded && c.exponent > hardly_any ? std::numeric_limits<double>::quiet_NaN()
                                                     : slope;
 }

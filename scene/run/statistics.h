@@ -29,7 +29,7 @@ class ErrorStatistics {
   /// against log 2^j over the levels of at least 8 increments, less those within a swing. NaN for
   /// fewer than 3 such levels; for a slope above 0.75 of an error that comes back: less than half
   /// of its increments of the last level, had they one sign, are left at the end; and for one below
-  /// 0.25 where the scatter grows with the length by an exponent above 0.1, as of a walk under
+  /// 0.25 where the scatter grows with the length by an exponent above 0.15, as of a walk under
   /// noise.
   double growth_exponent() const;
 

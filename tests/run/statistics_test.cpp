@@ -200,7 +200,7 @@ TEST(Statistics, AWalkUnderNoiseIsNotCalledBounded) {
     return of;
   };
   for (const auto& [n, noise, bound] :
-       {std::tuple{1000, 3.0, 6}, {4000, 3.0, 6}, {4000, 10.0, 30}}) {
+       {std::tuple{1000, 3.0, 30}, {4000, 3.0, 15}, {4000, 10.0, 70}}) {
     const auto of = called(n, 1, noise);
     std::printf("  %d records, noise of %g steps: %d of 300 bounded (bound %d), %d grow\n", n,
                 noise, of[0], bound, of[1]);
