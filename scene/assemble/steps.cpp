@@ -74,7 +74,8 @@ std::vector<std::string> notes_on_numbers(const Scene& s, std::int64_t sweeps) {
           "record_every is {:g} s, {:g} steps of {:g} s: there is a record every {:g} s",
           s.record_every, s.record_every / s.step, s.step, double(steps.every) * s.step));
   }
-  if (s.rtol != Scene().rtol && !integrators::declaration_of(s.method).rival)
+  const auto& method = integrators::declaration_of(s.method);
+  if (s.rtol != Scene().rtol && !method.rival && method.order > 0)
     notes.push_back(
         fmt::format("rtol has no effect: {} does not work to a tolerance of this kind", s.method));
   if (s.iteration_tolerance > 0 && sweeps == 0)

@@ -22,7 +22,7 @@ double ratio_of(int order) {
 
 Ladder::Ladder(const integrators::Declaration& method, double time, double duration, double guess)
     : method_(method),
-      tolerance_(method.rival),
+      tolerance_(method.rival || method.order == 0),
       time_(time),
       duration_(duration),
       ratio_(ratio_of(method.order)),

@@ -1,6 +1,8 @@
 // The claims of a method on a system, as a program asks for them.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "integrators/catalogue.h"
 #include "tests/integrators/problems.h"
 #include "tests/support/bounds.h"
@@ -97,6 +99,91 @@ TEST(CheckClaims, StepsThatBreakDownProveNothing) {
   EXPECT_FALSE(far.holds()) << far.text();
   EXPECT_NE(far.text().find("not measured: its steps break down"), std::string::npos) << far.text();
   EXPECT_EQ(far.text().find("FAILS"), std::string::npos) << far.text();
+}
+
+/// The method of Adams and Bashforth of order 2, which keeps the rates of the last step.
+class Adams final : public Integrator {
+ public:
+  Adams(const Declaration& d, const phs::Model& m, double h, const Options& o, bool carries)
+      : Integrator(d, m, h, o), carries_(carries), now_(n_), before_(n_) {}
+  Outcome advance(double t, double h, State& s) override {
+    system_->field(t, s.x, {}, now_);
+    for (size_t i = 0; i < n_; ++i)
+      s.x[i] += kept_ ? h * (1.5 * now_[i] - 0.5 * before_[i]) : h * now_[i];
+    before_ = now_;
+    kept_ = true;
+    return Outcome::ok;
+  }
+  void carry(Archive& archive) override {
+    if (!carries_) return;
+    archive(kept_);
+    archive(before_);
+  }
+
+ private:
+  bool carries_, kept_ = false;
+  std::vector<double> now_, before_;
+};
+
+/// Control: with its memory it is resumable.
+TEST(CheckClaims, AMethodThatForgetsIsNotResumable) {
+  for (const bool carries : {false, true}) {
+    Declaration d;
+    d.name = carries ? "adams" : "forgetful_adams";
+    d.order = 2;
+    add_entry(double_entry(
+        d, [carries](const Declaration& as, const phs::Model& m, double h, const Options& o) {
+          return std::make_unique<Adams>(as, m, h, o, carries);
+        }));
+    auto p = problem(0);
+    p.h /= 16;
+    const auto r = report(d.name, p);
+    EXPECT_EQ(of(r, "resumable").holds(), carries) << r.text();
+    EXPECT_EQ(of(r, "resumable").measured == 0, carries);
+  }
+}
+
+/// Steps of the midpoint rule, explicit, as many as a tolerance wants.
+class Tolerant final : public Integrator {
+ public:
+  Tolerant(const Declaration& d, const phs::Model& m, double h, const Options& o)
+      : Integrator(d, m, h, o), k_(n_), y_(n_) {}
+  Outcome advance(double t, double h, State& s) override {
+    const int parts = std::max(1, int(std::fabs(h) / std::sqrt(options_.rtol)));
+    for (int j = 0; j < parts; ++j) {
+      const double part = h / parts;
+      system_->field(t, s.x, {}, k_);
+      for (size_t i = 0; i < n_; ++i) y_[i] = s.x[i] + part / 2 * k_[i];
+      system_->field(t, y_, {}, k_);
+      for (size_t i = 0; i < n_; ++i) s.x[i] += part * k_[i];
+    }
+    return Outcome::ok;
+  }
+
+ private:
+  std::vector<double> k_, y_;
+};
+
+/// A tight tolerance would make it look symmetric: there its defect is below the bound.
+TEST(CheckClaims, ATightToleranceHidesNoFalseClaim) {
+  Declaration d;
+  d.name = "tolerant";
+  d.symmetric = Claim::holds;
+  add_entry(
+      double_entry(d, [](const Declaration& as, const phs::Model& m, double h, const Options& o) {
+        return std::make_unique<Tolerant>(as, m, h, o);
+      }));
+  const auto r = report("tolerant", problem(0));
+  EXPECT_FALSE(of(r, "symmetric").holds()) << r.text();
+  EXPECT_EQ(of(r, "order").why_not, "a tolerance sets it");
+}
+
+/// At rest every order is exact: that is told, and is no failure.
+TEST(CheckClaims, AStartWithoutErrorTellsNoOrder) {
+  const auto& p = problem(0);
+  const auto r = check_claims("rk4", *p.model, std::vector<double>(p.start.x.size(), 0.0), p.h);
+  EXPECT_NE(of(r, "order").why_not.find("take another start"), std::string::npos) << r.text();
+  EXPECT_TRUE(r.holds()) << r.text();
 }
 
 TEST(CheckClaims, SayWhatIsNotMeasured) {
