@@ -1404,6 +1404,14 @@ class Gradient:
         """dJ/dtheta by name, with the state at the start kept."""
         ...
     @property
+    def start_along(self) -> NDArray[numpy.float64]:
+        """The change of start along the direction, d2J/dx2 times it, (nx,); empty without one."""
+        ...
+    @property
+    def parameters_along(self) -> dict:
+        """The change of parameters along the direction, by name; empty without one."""
+        ...
+    @property
     def duration(self) -> float:
         """dJ/dT by the duration [1/s], all steps made longer alike, if no part of J depends on t itself; nan where the model does."""
         ...
@@ -1873,8 +1881,8 @@ def compare_methods(scene: SceneData, assembly: Assembly, methods: list[str], bu
     """Speed against error: (compare.json, compare.txt), and the files in `out` unless it is empty."""
     ...
 
-def error_statistics(errors: list[float]) -> dict:
-    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0 bounded or constant, 0.5 random walk, 1 drift or faster; nan where a level of increments is missing, as for less than 32 records, or swings are too few), drift_is_significant (beyond five standard errors of a random walk), swing_growth (how many times larger the scatter is in the last part than in the first, if it rises from part to part, else 1) and words (what follows "the error" in the verdict of a run, the errors taken as relative ones, a drift per record)."""
+def error_statistics(errors: list[float], *, scale: float = 1.0) -> dict:
+    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0 bounded or constant, 0.5 random walk, 1 drift or faster; nan where a level of increments is missing, as for less than 32 records, or swings are too few), drift_is_significant (beyond five standard errors of a random walk), swing_growth (how many times larger the scatter is in the last part than in the first, if it rises from part to part, else 1) and words (what follows "the error" in the verdict of a run, a drift per record). scale: what the errors are relative to, in the words alone; they compare the error with rounding."""
     ...
 
 def moved_in(folder: os.PathLike) -> tuple:
@@ -1937,7 +1945,7 @@ def judge_into(file: str, model: str, map: str, out: str) -> str:
     """Judges a trajectory into a folder: summary.json."""
     ...
 
-def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'gauss16', end: Any = None, sampled: Any = None, running: Any = None, memory: int = 67108864) -> Gradient:
+def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'gauss16', end: Any = None, sampled: Any = None, running: Any = None, memory: int = 67108864, direction: Any = None, end_curvature: Any = None, sampled_curvature: Any = None, running_curvature: Any = None) -> Gradient:
     """The gradient of a run of `steps` steps [s] from the state x (nx,), by the discrete adjoint: exact to rounding for
     the numbers the run computes. It takes the time of a few runs, however many parameters there are.
 
@@ -1947,12 +1955,17 @@ def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'ga
     "<joint>.rotor_inertia", ".stiffness", ".damping", ".rest", and "<element>.factor", a factor on the force of an element of a
     network; networks with controllers or wrenches have none. memory: bytes for stages and checkpoints.
 
+    direction (nx,): a change of the start, along which the gradient is differentiated too: start_along is the product of the
+    Hessian of J with it, parameters_along that of the mixed derivatives, exact to rounding as the gradient (tangent over
+    adjoint). end_curvature and the others are functions of (t, x, v) that return the Hessian of their part times v; without
+    one, its gradient is differenced, with an error of some 1e-10.
+
     Raises InvalidArgument for a method without it (docs/derivatives.md, "What is covered"), a model with constraints or
-    sampled controllers, and RuntimeError where a step or its adjoint does not converge.
+    sampled controllers, a direction in a system without second derivatives, and RuntimeError where a step or its adjoint does not converge.
     """
     ...
 
-def gradient_of_scene(scene: SceneData, assembly: Assembly, end: Any, sampled: Any, running: Any, memory: int) -> Gradient:
+def gradient_of_scene(scene: SceneData, assembly: Assembly, end: Any, sampled: Any, running: Any, memory: int, direction: Any, end_curvature: Any, sampled_curvature: Any, running_curvature: Any) -> Gradient:
     """What Scene.gradient() calls."""
     ...
 
