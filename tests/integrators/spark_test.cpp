@@ -168,8 +168,8 @@ TEST(Spark, IterationsOfAStep) {
 }
 TEST(Spark, EnergyGrowthLONG) {
   const auto e = energy_of_run("spark16", 20, 1. / 128);
-  std::printf("  2^20 steps: rms %.1e, slope %.2f\n", e.rms, e.slope);
-  EXPECT_LT(e.rms, 3e-14);  // a drift of 4e-18 J a step would give 1.6e-13
+  std::printf("  2^20 steps: rms %.1e (bound 6e-14), slope %.2f\n", e.rms, e.slope);
+  EXPECT_LT(e.rms, 6e-14);  // a drift of 4e-18 J a step would give 1.6e-13
 }
 
 /// Two windows pass through the line twenty times in 20 s. The couplings hold the branch there.
