@@ -38,7 +38,7 @@ def judge(trajectory: PathLike | Mapping[str, Any], model: PathLike, *, map: Pat
 
 def _judge_columns(columns: Mapping[str, Any], model: PathLike, map: PathLike | Mapping[str, Any] | None, out: PathLike | None) -> Result:
     named = map is not None and (not isinstance(map, Mapping) or "time" in map.get("columns", {}))
-    if not named and not {"time", "t"} & set(columns):
+    if len(columns) > 0 and not named and not {"time", "t"} & set(columns):
         raise InvalidArgument("the columns have no 'time' or 't'")
     folder = Path(out if out is not None else tempfile.mkdtemp(prefix="porthos_judge_"))
     try:
