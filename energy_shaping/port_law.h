@@ -100,15 +100,12 @@ class SharedLaw {
       pools_;
 };
 
-/// Of a law that is meant for every state (phs::Law::hindrance).
-inline std::string no_hindrance(std::span<const double>) { return {}; }
-
 /// The laws of the ports that hold the inputs `actuated` (offsets in the plant's u), in the order
 /// of the ports. hindrance: as phs::Law's.
 template <class Source>
 std::vector<PortLaw> port_laws(
     Source source, const phs::Description& plant, const std::vector<int>& actuated,
-    const std::function<std::string(std::span<const double>)>& hindrance = no_hindrance) {
+    const std::function<std::string(std::span<const double>)>& hindrance = phs::no_hindrance) {
   const auto shared =
       std::make_shared<const SharedLaw<Source>>(std::move(source), size_t(plant.nu));
   std::vector<PortLaw> laws;

@@ -160,6 +160,7 @@ const Declaration& declaration_of(const std::string& method) {
 bool knows_method(const std::string& name) {
   return std::ranges::any_of(catalogue(), [&](const auto& d) { return d.name == name; });
 }
+bool works_to_tolerance(const Declaration& method) { return method.rival || method.order == 0; }
 
 namespace {
 

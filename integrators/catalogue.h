@@ -21,5 +21,7 @@ std::string version_of(const std::string& method);
 /// @throws InvalidArgument for an unknown name, which lists the known ones
 const Entry& entry_of(const std::string& method);
 bool knows_method(const std::string& name);
+/// Whether Options::rtol sets its error: the order is 0, or it is another library's.
+bool works_to_tolerance(const Declaration& method);
 
 }  // namespace porthos::integrators

@@ -50,6 +50,16 @@ constexpr double most_growth = 1e5;
 /// The defect up to a step that failed: one that small may just have come too early.
 double if_it_tells(double defect) { return defect > 1e-6 ? defect : NAN; }
 
+/// The largest |a - b| / (1 + |b|) of their numbers, with low words.
+double distance(const phs::State& a, const phs::State& b) {
+  double worst = 0;
+  for (size_t k = 0; k < b.x.size(); ++k) {
+    const double off = (a.x[k] - b.x[k]) + (a.lo[k] - b.lo[k]);
+    worst = std::fmax(worst, std::fabs(off) / (1 + std::fabs(b.x[k])));
+  }
+  return worst;
+}
+
 /// A tolerance that sets the error of a method may hide a false claim: its steps are loose here.
 Options loosely(const std::string& method, Options o = {}) {
   if (declaration_of(method).order == 0) o.rtol = o.atol = 1e-5;
@@ -152,12 +162,7 @@ double symmetry_defect(const std::string& method, const phs::Model& model, const
     for (int i = 0; i < 20; ++i)
       if (made->step(s) != Outcome::ok) return NAN;
   }
-  double worst = 0;
-  for (size_t k = 0; k < s.x.size(); ++k) {
-    const double off = (s.x[k] - start.x[k]) + (s.lo[k] - start.lo[k]);
-    worst = std::fmax(worst, std::fabs(off) / (1 + std::fabs(start.x[k])));
-  }
-  return worst;
+  return distance(s, start);
 }
 
 InvariantDefect invariant_defect(const std::string& method, const phs::Model& model,
@@ -219,12 +224,7 @@ double restart_defect(const std::string& method, const phs::Model& model, const 
     }
     if (made->step(parts) != Outcome::ok) return NAN;
   }
-  double worst = 0;
-  for (size_t k = 0; k < start.x.size(); ++k) {
-    const double off = (parts.x[k] - whole.x[k]) + (parts.lo[k] - whole.lo[k]);
-    worst = std::fmax(worst, std::fabs(off) / (1 + std::fabs(whole.x[k])));
-  }
-  return worst;
+  return distance(parts, whole);
 }
 
 MeasuredOrder measured_order(const std::string& method, const phs::Model& model,

@@ -154,11 +154,13 @@ class Backwards final : public Replay {
     std::ranges::copy(at.x, x_.begin());
     for (size_t a = 0; a < angle_at_.size(); ++a)
       x_[angle_at_[a]] += double(at.turns[a]) * phs::two_pi_hi;
-    std::ranges::fill(gradient_along_, 0.0);
-    if (d.second && curvature)
-      curvature(at.t, x_, at.tangent, gradient_along_);
-    else if (d.second)
-      difference_along(part, at.t, at.tangent);
+    if (d.second) {
+      std::ranges::fill(gradient_along_, 0.0);
+      if (curvature)
+        curvature(at.t, x_, at.tangent, gradient_along_);
+      else
+        difference_along(part, at.t, at.tangent);
+    }
     std::ranges::fill(gradient_, 0.0);
     const double added = weight * part(at.t, x_, gradient_);
     d.cost.add(0, added);

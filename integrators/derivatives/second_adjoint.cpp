@@ -1,6 +1,5 @@
 #include "integrators/derivatives/second_adjoint.h"
 
-#include "integrators/core/stage_lanes.h"
 #include "integrators/core/turns.h"
 #include "phs/system/linearised.h"
 
@@ -10,6 +9,7 @@ namespace {
 class CollocationSecond final : public SecondAdjoint {
   using Duals = phs::WideDual;
   using Lanes = decltype(Duals::v);
+  static constexpr int V = phs::lanes<Lanes>;
 
  public:
   CollocationSecond(const phs::Model& model, const StepPieces& pieces)
@@ -24,7 +24,7 @@ class CollocationSecond final : public SecondAdjoint {
         x_(n_),
         f_(n_),
         out_(n_) {
-    for (size_t i = 0; i < weights_.size(); i += stage_lanes)
+    for (size_t i = 0; i < weights_.size(); i += V)
       fields_.push_back(phs::linearise_in_duals(model));
     gradient_.resize(adjoint_->parameters().size());
   }
@@ -40,11 +40,11 @@ class CollocationSecond final : public SecondAdjoint {
     std::fill(changes_.begin(), changes_.end(), 0.0);
     for (size_t c = 0; c < fields_.size(); ++c) {
       Lanes time(0.0);
-      for (int l = 0; l < stage_lanes; ++l) time.set(l, step.t + h_ * table_.c[stage(c, l)]);
+      for (int l = 0; l < V; ++l) time.set(l, step.t + h_ * table_.c[stage(c, l)]);
       gather(c, step.Y, tangent);
       fields_[c]->at(Duals(time), x_, f_);
       multiply(c);
-      for (int l = 0; l < stage_lanes; ++l)
+      for (int l = 0; l < V; ++l)
         for (size_t k = 0; k < n_; ++k) source_[stage(c, l) * n_ + k] = out_[k].d[l];
     }
     for (size_t i = 0; i < running.size(); ++i) source_[i] += running[i];
@@ -61,25 +61,23 @@ class CollocationSecond final : public SecondAdjoint {
     for (size_t c = 0; c < fields_.size(); ++c) {
       multiply(c);
       Lanes weight(0.0);
-      for (int l = 0; l < stage_lanes && c * stage_lanes + size_t(l) < weights_.size(); ++l)
+      for (int l = 0; l < V && c * V + size_t(l) < weights_.size(); ++l)
         weight.set(l, weights_[stage(c, l)]);
       fields_[c]->add_gradient(Duals(weight), gradient_);
     }
     for (size_t a = 0; a < gradient_.size(); ++a) {
       double sum = 0;
-      for (int l = 0; l < stage_lanes; ++l) sum += gradient_[a].d[l];
+      for (int l = 0; l < V; ++l) sum += gradient_[a].d[l];
       gradient.add(a, sum);
     }
   }
 
  private:
   /// Lanes beyond the last stage repeat it.
-  size_t stage(size_t c, int l) const {
-    return std::min(c * stage_lanes + size_t(l), weights_.size() - 1);
-  }
+  size_t stage(size_t c, int l) const { return std::min(c * V + size_t(l), weights_.size() - 1); }
   /// Stages of a chunk, with their changes, into x_.
   void gather(size_t c, std::span<const double> values, std::span<const double> changes) {
-    for (int l = 0; l < stage_lanes; ++l) {
+    for (int l = 0; l < V; ++l) {
       const size_t from = stage(c, l) * n_;
       for (size_t k = 0; k < n_; ++k) {
         x_[k].v.set(l, values[from + k]);

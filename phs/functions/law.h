@@ -30,6 +30,9 @@ class Law {
 };
 using LawPtr = std::shared_ptr<const Law>;
 
+/// The hindrance of a law that is meant for every state: none.
+inline std::string no_hindrance(std::span<const double>) { return {}; }
+
 /// A generic callable as a Law: law([](auto t, auto x, auto y, auto u) { u[0] = -2.0 * x[0] - 0.3 *
 /// y[0]; }). hindrance: as Law's, a function of x.
 template <class F, class Hindrance>
@@ -55,7 +58,7 @@ LawPtr law(F f, Hindrance hindrance) {
 /// One that is meant for every state.
 template <class F>
 LawPtr law(F f) {
-  return law(std::move(f), [](std::span<const double>) { return std::string(); });
+  return law(std::move(f), no_hindrance);
 }
 
 /// Numbers in the memory of a sampled controller that outputs of a run may show.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrators/catalogue.h"
 #include "scene/assemble/parts.h"
 
 namespace porthos::scene {
@@ -74,8 +75,8 @@ std::vector<std::string> notes_on_numbers(const Scene& s, std::int64_t sweeps) {
           "record_every is {:g} s, {:g} steps of {:g} s: there is a record every {:g} s",
           s.record_every, s.record_every / s.step, s.step, double(steps.every) * s.step));
   }
-  const auto& method = integrators::declaration_of(s.method);
-  if (s.rtol != Scene().rtol && !method.rival && method.order > 0)
+  if (s.rtol != Scene().rtol &&
+      !integrators::works_to_tolerance(integrators::declaration_of(s.method)))
     notes.push_back(
         fmt::format("rtol has no effect: {} does not work to a tolerance of this kind", s.method));
   if (s.iteration_tolerance > 0 && sweeps == 0)

@@ -238,8 +238,7 @@ std::string comparison_table(const Scene& scene, const Comparison& c) {
           if (t.complete()) worst = std::fmax(worst, t.report.energy.max_rel_error);
     text += fmt::format(
         "note     declared to keep the energy with any step, and these trials do not: {} (errors "
-        "up "
-        "to {:.2g}, expected below {:g})\n",
+        "up to {:.2g}, expected below {:g})\n",
         not_believed, worst, no_exact_energy);
   }
   for (const auto& m : c.methods)

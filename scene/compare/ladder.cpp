@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrators/catalogue.h"
+
 namespace porthos::scene {
 namespace {
 
@@ -22,7 +24,7 @@ double ratio_of(int order) {
 
 Ladder::Ladder(const integrators::Declaration& method, double time, double duration, double guess)
     : method_(method),
-      tolerance_(method.rival || method.order == 0),
+      tolerance_(integrators::works_to_tolerance(method)),
       time_(time),
       duration_(duration),
       ratio_(ratio_of(method.order)),

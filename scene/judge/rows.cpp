@@ -135,8 +135,7 @@ void note_one_row(RunReport& r, const Rows& rows, const Numbers& errors) {
   if (next < beside * most)
     r.notes.push_back(
         fmt::format("row {} at {:.6g} s alone is far off: its energy by {:.2g} J, that of all "
-                    "others by at most "
-                    "{:.2g} J",
+                    "others by at most {:.2g} J",
                     worst + 1, rows.t[worst], most, next));
 }
 

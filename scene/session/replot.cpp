@@ -13,8 +13,8 @@
 #include "scene/plot/ledger_plot.h"
 #include "scene/plot/plot.h"
 #include "scene/run/columns.h"
+#include "scene/session/detail/span.h"
 #include "scene/session/detail/summary-inl.h"
-#include "scene/session/span-inl.h"
 
 namespace porthos::scene {
 namespace {

@@ -1,21 +1,17 @@
-#pragma once
-// What of panels lies in a part of a run.
+#include "scene/session/detail/span.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <vector>
 
 #include "phs/error.h"
 #include "scene/plot/motion.h"
-#include "scene/plot/trace_plot.h"
-#include "scene/session/replot.h"
 
 namespace porthos::scene {
+namespace {
 
 /// What of a line lies in a span, at no more than `most` records.
-inline TraceLine cut(const TraceLine& l, const TimeSpan& span, std::int64_t most) {
+TraceLine cut_line(const TraceLine& l, const TimeSpan& span, std::int64_t most) {
   TraceLine part{l.name, {}, {}, l.stroke};
   std::vector<size_t> inside;
   for (size_t i = 0; i < l.t.size(); ++i)
@@ -32,30 +28,28 @@ inline TraceLine cut(const TraceLine& l, const TimeSpan& span, std::int64_t most
   return part;
 }
 
-/// Records of all times, and the most finite ones of a line in a span.
-struct Found {
-  double first = HUGE_VAL, last = -HUGE_VAL;  ///< [s]
-  std::int64_t most = 0;
-};
-/// @throws InvalidArgument naming the span and what there is
-inline void refuse_fewer_than_two(const Found& f, const TimeSpan& span) {
+}  // namespace
+
+void refuse_fewer_than_two(const Found& f, const TimeSpan& span) {
   if (f.most < 2)
     throw InvalidArgument(fmt::format(
         "from {:g} to {:g} s there are {} records, expected two or more of {:g} to {:g} s",
         span.from, span.to, f.most, f.first, f.last));
 }
 
-/// Panels in a span, without those that have nothing there. Adds to `found`.
-inline std::vector<TracePanel> cut(std::vector<TracePanel> panels, const TimeSpan& span,
-                                   std::int64_t each, Found& found) {
-  if (span.whole()) return found.most = 2, panels;
+std::vector<TracePanel> cut(std::vector<TracePanel> panels, const TimeSpan& span, std::int64_t each,
+                            Found& found) {
+  if (span.whole()) {
+    found.most = 2;
+    return panels;
+  }
   std::erase_if(panels, [&](TracePanel& p) {
     std::int64_t most = 0;
     for (TraceLine& l : p.lines) {
       const bool limit = l.stroke == Stroke::limit;
       if (!limit && !l.t.empty())
         found = {std::min(found.first, l.t.front()), std::max(found.last, l.t.back()), found.most};
-      l = cut(l, span, each);
+      l = cut_line(l, span, each);
       if (!limit)
         most =
             std::max(most, std::ranges::count_if(l.value, [](auto x) { return std::isfinite(x); }));
