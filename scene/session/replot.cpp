@@ -288,17 +288,17 @@ std::vector<std::string> figures(const fs::path& folder, const std::string& what
     const bool states =
         title == "states" || title == "momenta" || (what != "motion" && !has_scene(folder));
     const Motion motion = states ? states_in(folder, most) : motion_in(folder, most);
-    Found found;
+    InSpan found;
     const auto panels =
         cut(named(motion, what, states ? "states" : "motion"), span, most_of_motion, found);
     refuse_fewer_than_two(found, span);
     return {figure(split(panels))};
   }
   std::vector<std::string> all;
-  Found found;  // in all phases
+  InSpan found;  // in all phases
   for (const fs::path& part : parts_of(folder))
     all.push_back(of_summary(part, [&](const Json& s) {
-      Found here;
+      InSpan here;
       const auto panels = cut({balance_panel(part, s, title, span)}, span, most_of_motion, here);
       found = {std::min(found.first, here.first), std::max(found.last, here.last),
                std::max(found.most, here.most)};

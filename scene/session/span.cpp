@@ -30,7 +30,7 @@ TraceLine cut_line(const TraceLine& l, const TimeSpan& span, std::int64_t most) 
 
 }  // namespace
 
-void refuse_fewer_than_two(const Found& f, const TimeSpan& span) {
+void refuse_fewer_than_two(const InSpan& f, const TimeSpan& span) {
   if (f.most < 2)
     throw InvalidArgument(fmt::format(
         "from {:g} to {:g} s there are {} records, expected two or more of {:g} to {:g} s",
@@ -38,7 +38,7 @@ void refuse_fewer_than_two(const Found& f, const TimeSpan& span) {
 }
 
 std::vector<TracePanel> cut(std::vector<TracePanel> panels, const TimeSpan& span, std::int64_t each,
-                            Found& found) {
+                            InSpan& found) {
   if (span.whole()) {
     found.most = 2;
     return panels;

@@ -10,16 +10,16 @@
 namespace porthos::scene {
 
 /// Records of all times, and the most finite ones of a line in a span.
-struct Found {
+struct InSpan {
   double first = HUGE_VAL, last = -HUGE_VAL;  ///< [s]
   std::int64_t most = 0;
 };
 /// @throws InvalidArgument naming the span and what there is
-void refuse_fewer_than_two(const Found& f, const TimeSpan& span);
+void refuse_fewer_than_two(const InSpan& f, const TimeSpan& span);
 
 /// Panels in a span, of lines of at most `each` records, without those that have nothing there.
 /// Adds to `found`.
 std::vector<TracePanel> cut(std::vector<TracePanel> panels, const TimeSpan& span, std::int64_t each,
-                            Found& found);
+                            InSpan& found);
 
 }  // namespace porthos::scene
