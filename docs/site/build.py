@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The documentation as a site: build.py BUILD [--pages-only | --stills]
+"""The documentation as a site: build.py BUILD [--pages-only | --no-stills]
 
 BUILD is a finished build of Porthos, e.g. build/native; the site goes to BUILD/docs/html. The Markdown files are taken as they
 are and stay readable where they are; what a site needs besides is made here: the gallery, by running the examples, and
 the API reference, from the headers. Every warning is an error, so a link to a page, a section or a file that is not
 there fails. Nothing is fetched: links to other sites are listed and not followed. The reports of the gallery's examples
-are part of the site; with --stills a headless Chromium takes a picture of each mechanism from them.
+are part of the site; where there is a Chromium it takes a picture of each mechanism from them.
 """
 import argparse
 import os
@@ -33,7 +33,9 @@ GALLERY = [
 ]
 SHORTENED = {"ets_vii_orbit": 500000, "envisat_tumble": 200000, "double_pendulum": 1000, "dzhanibekov": 20000}
 CHROMIUM = next(filter(None, map(shutil.which, ["chromium", "chromium-browser", "google-chrome"])), None)
-PICTURES = ["plot.svg", "panels.svg", "ledgers.svg", "ledger.svg", "energy_error.svg"]  # the first there is
+# Where the ledger is one plain area, another picture says more: arguments of porthos plot.
+FIGURES = {"dzhanibekov": ["--what", "residual"], "capture": ["--what", "rates of base, own axes", "--to", "120"]}
+PICTURES = ["figure.svg", "plot.svg", "panels.svg", "ledgers.svg", "ledger.svg", "energy_error.svg"]  # the first there is
 
 
 def say(text):
@@ -81,7 +83,7 @@ def still(report, picture):
     """The playback of a report in a picture; false if the page has none."""
     if not CHROMIUM or "\"playback\":" not in report.read_text():
         return False
-    subprocess.run([CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--virtual-time-budget=6000",
+    subprocess.run([CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--virtual-time-budget=3000",
                     "--window-size=900,480", f"--screenshot={picture}", f"file://{report}#still"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=120)
     return picture.exists()
 
@@ -110,6 +112,8 @@ def gallery(build, docs, source, stills):
             done = subprocess.run(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, stdin=subprocess.DEVNULL)
             if done.returncode:
                 raise SystemExit(f"gallery: example {name} ended with {done.returncode}\n{done.stdout}{done.stderr}")
+            if name in FIGURES:
+                subprocess.run([build / "apps/porthos", "plot", folder, *FIGURES[name], "--out", folder / "figure.svg"], stdout=subprocess.DEVNULL, check=True)
             picture = next((p for p in (folder / n for n in PICTURES) if p.exists()), None) or next(
                 (p for n in PICTURES for p in sorted(folder.glob(f"*/{n}"))), None)
             if picture is None:
@@ -182,7 +186,7 @@ def main():
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("build", type=Path)
     arguments.add_argument("--pages-only", action="store_true", help="no gallery and no API reference: are the pages sound?")
-    arguments.add_argument("--stills", action="store_true", help="pictures of the mechanisms, by a headless Chromium (some minutes)")
+    arguments.add_argument("--no-stills", action="store_true", help="no pictures of the mechanisms by a headless Chromium (2 s each)")
     options = arguments.parse_args()
     build = options.build.resolve()
     docs = build / ("docs_pages" if options.pages_only else "docs")
@@ -194,7 +198,7 @@ def main():
         for room in rooms():
             (source / f"api/{room}.md").write_text(f"# `{room}`\n\nLeft out of this build.\n")
     else:
-        gallery(build, docs, source, options.stills)
+        gallery(build, docs, source, not options.no_stills)
         api(docs, source)
     python_api(source / "api")
     say("pages: sphinx")
