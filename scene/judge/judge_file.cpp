@@ -89,7 +89,7 @@ Scene recorded_scene(const JudgeOptions& o, const TrajectoryTable& table, const 
   Scene scene = scene_of(map, o.model, has_base(table, map), step, duration);
   if (scene.title == fs::path(scene.path).stem())  // none was given
     scene.title = fs::path(o.file).filename().string();
-  scene.digests["trajectory_sha256"] = sha256(read_file(o.file));
+  scene.digests["trajectory_sha256"] = table.digest();
   if (!map.path.empty()) scene.digests["map_sha256"] = sha256(map.text);
   scene.outputs.clear();
   scene.stops.clear();

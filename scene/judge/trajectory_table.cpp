@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "phs/error.h"
+#include "scene/files/digest.h"
 #include "scene/files/files.h"
 #include "scene/read/output.h"
 #include "scene/read/toml_table-inl.h"
@@ -20,6 +21,7 @@ constexpr std::string_view hdf5_signature = "\x89HDF\r\n\x1a\n";
 
 TrajectoryTable::TrajectoryTable(const std::filesystem::path& path) : path_(path) {
   const std::string text = read_file(path);
+  digest_ = sha256(text);
   if (text.starts_with(hdf5_signature))
     read_hdf5();
   else

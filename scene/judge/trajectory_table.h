@@ -22,6 +22,8 @@ class TrajectoryTable {
   explicit TrajectoryTable(const std::filesystem::path& path);
 
   std::size_t rows() const { return rows_; }
+  /// SHA-256 of the file as it was read.
+  const std::string& digest() const { return digest_; }
   bool has(const std::string& column) const;
   /// The names of the columns of a vector, as the file spells them: "name[0]", "name.0" as
   /// porthos export does, or "name.x" and, of a quaternion, "name.w". Of one number: the name.
@@ -44,6 +46,7 @@ class TrajectoryTable {
   void read_hdf5();
 
   std::filesystem::path path_;
+  std::string digest_;
   std::size_t rows_ = 0;
   mutable std::set<std::string> used_;
   std::optional<CsvTable> csv_;
