@@ -219,8 +219,8 @@ void cap_by_passes(Basin& b, const ClosedLoop& loop, const std::vector<CriticalP
   }
 }
 
-}  // namespace
-
+/// @throws InvalidArgument for another number of coordinates, a region without the rest point
+///   inside, and one with an end for which the law is not meant (ClosedLoop::hindrance)
 void check_region_of(const ClosedLoop& loop, const Region& r) {
   const size_t n = loop.rest().size() / 2;
   require_size("region.lower", r.lower.size(), n);
@@ -238,6 +238,8 @@ void check_region_of(const ClosedLoop& loop, const Region& r) {
     }
   }
 }
+
+}  // namespace
 
 std::vector<double> random_coordinates(const Region& r, std::mt19937_64& generator) {
   std::vector<double> q(r.lower.size());
@@ -294,20 +296,23 @@ std::vector<CriticalPoint> critical_points(const ClosedLoop& loop, const Region&
 }
 
 Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
-  check_region_of(loop, region);
-  ShapedPotential V(loop);
-  const size_t n = V.size();
-  if (n > 3 || has_quaternions(loop))
+  if (const size_t n = loop.rest().size() / 2; n > 3 || has_quaternions(loop))
     throw InvalidArgument("the basin of '" + loop.description().name +
                           "': the flood takes up to 3 "
                           "plain coordinates, this has " +
                           std::to_string(n));
+  return basin(loop, region, critical_points(loop, region), cells);
+}
+
+Basin basin(const ClosedLoop& loop, const Region& region, const std::vector<CriticalPoint>& points,
+            int cells) {
+  ShapedPotential V(loop);
+  const size_t n = V.size();
   const int N = cells > 0 ? cells : n == 1 ? 2000 : n == 2 ? 200 : 48;
   const Grid grid(region, N);
   GridPotential at(grid, V);
   const size_t start = grid.nearest(Vec(loop.rest().begin(), loop.rest().begin() + long(n)));
   std::vector<size_t> others;  // other critical points: a state may come to rest there
-  const auto points = critical_points(loop, region);
   for (const auto& p : points)
     if (const size_t node = grid.nearest(p.q); node != start) others.push_back(node);
   const auto [level, summit, reached] = flood(grid, at, n, start, others);

@@ -198,14 +198,13 @@ Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
                                       o.region.samples));
   check_limits(loop, o.run.limits);
   const bool small = n <= 3 && !has_quaternions(loop);
-  if (small) check_region_of(loop, o.region);
+  const auto points = small ? critical_points(loop, o.region) : std::vector<CriticalPoint>{};
   check_starts(loop, o);
   rate_of_energy(loop, o.region, c);
   linearised(loop, c);
   held_joints(loop, c);
   double limited_from = HUGE_VAL;
   if (small) {
-    const auto points = critical_points(loop, o.region);
     int minima = 0;
     for (const auto& p : points) minima += p.descending == 0;
     c.report("critical points of V_d", double(points.size()),
@@ -215,7 +214,7 @@ Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
                : points[i].descending == 1 ? "  pass"
                                            : "  summit",
                points[i].value, "V_d", {}, points[i].q);
-    const Basin b = basin(loop, o.region);
+    const Basin b = basin(loop, o.region, points);
     const bool empty = !(b.depth > 0);
     c.add({"basin, c - H_d(rest)",
            empty ? Finding::fails : Finding::holds,

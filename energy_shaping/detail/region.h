@@ -7,9 +7,9 @@
 
 namespace porthos::energy_shaping {
 
-/// @throws InvalidArgument for another number of coordinates, a region without the rest point
-///   inside, and one with an end for which the law is not meant (ClosedLoop::hindrance)
-void check_region_of(const ClosedLoop& loop, const Region& r);
+/// As basin(), with the critical_points() of the region.
+Basin basin(const ClosedLoop& loop, const Region& region, const std::vector<CriticalPoint>& points,
+            int cells = 0);
 std::vector<double> random_coordinates(const Region& r, std::mt19937_64& generator);
 /// Whether V_d stays below the level from the rest point straight to q: q is in its component then.
 bool straight_way_below(const ClosedLoop& loop, std::span<const double> q, double level);
