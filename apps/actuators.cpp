@@ -8,6 +8,7 @@
 
 #include "phs/error.h"
 #include "scene/files/files.h"
+#include "scene/files/hdf5_file.h"
 #include "scene/files/text_table.h"
 #include "scene/plot/actuator_plot.h"
 #include "vsa/catalogue.h"
@@ -189,19 +190,15 @@ void write_spring_plots(const scene::Scene& s, const std::string& folder) {
   if (s.actuators.empty())
     throw InvalidArgument(fmt::format("{} has no [[actuator]], expected one", s.path));
   scene::make_folder(folder);
-  for (const auto& a : s.actuators) {
-    std::string file = a.name;
-    std::replace(file.begin(), file.end(), '/', '_');
-    scene::write_file(folder + "/" + file + ".svg", scene::spring_plot(a));
-  }
+  for (const auto& a : s.actuators)
+    scene::write_file(folder + "/" + scene::link_name(a.name) + ".svg", scene::spring_plot(a));
 }
 
 void write_actuator_plots(const std::string& folder) {
   scene::make_folder(folder);
-  for (const auto& d : vsa::devices()) {
-    if (d.family.empty()) continue;
-    scene::write_file(folder + "/" + d.name + ".svg", scene::datasheet_plot(d));
-  }
+  for (const auto& d : vsa::devices())
+    if (!d.family.empty())
+      scene::write_file(folder + "/" + d.name + ".svg", scene::datasheet_plot(d));
 }
 
 }  // namespace porthos::apps

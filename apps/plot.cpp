@@ -10,6 +10,7 @@
 #include "phs/error.h"
 #include "report/figure.h"
 #include "scene/ensemble/ensemble_plot.h"
+#include "scene/files/hdf5_file.h"
 #include "scene/session/replot.h"
 
 namespace porthos::apps {
@@ -19,9 +20,8 @@ namespace fs = std::filesystem;
 
 /// "figure_rates_of_joints.svg" in the folder of the results.
 fs::path usual_name(const Arguments& a) {
-  std::string name = a.what->substr(0, a.what->find(" ["));
-  std::ranges::replace_if(
-      name, [](char c) { return c == ' ' || c == '/'; }, '_');
+  std::string name = scene::link_name(a.what->substr(0, a.what->find(" [")));
+  std::ranges::replace(name, ' ', '_');
   return fs::path(a.scene) / ("figure_" + name + ".svg");
 }
 
