@@ -84,7 +84,7 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
       e.scale_parts.emplace_back(description_->storages[k], scale_.part(k));
   e.scale_J = std::max(scale_.value(), turned_over_);
   // Where next to nothing moves beside what is stored, roundings are those of the whole.
-  if (e.scale_J < 0x1p-40 * std::fabs(e.initial_J)) e.scale_J = std::fabs(e.initial_J);
+  if (e.scale_J < e.next_to_nothing * std::fabs(e.initial_J)) e.scale_J = std::fabs(e.initial_J);
   if (!(e.scale_J > 0)) e.scale_J = 1;
   e.max_abs_error_J = s.max_error_J;
   e.max_rel_error = s.max_error_J / e.scale_J;

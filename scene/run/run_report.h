@@ -36,6 +36,8 @@ const char* to_string(Verdict v);  ///< "pass", "fail", "not judged"
 
 /// Errors of the energy over a run, measured in extended precision from value + low word.
 struct EnergyReport {
+  /// Where less moves than this part of the energy at the start, errors are relative to the latter.
+  static constexpr double next_to_nothing = 0x1p-40;
   double initial_J = 0;
   /// Errors are relative to this: the largest kinetic energy plus the range of each other stored
   /// energy, which does not depend on the zero of a potential or the origin; or the energy turned

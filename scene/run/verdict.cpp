@@ -213,7 +213,7 @@ class Judge {
 bool next_to_nothing_moves(const EnergyReport& e) {
   double parts = 0;
   for (const auto& [name, joule] : e.scale_parts) parts += joule;
-  return parts < 0x1p-40 * std::fabs(e.initial_J) && e.scale_J == std::fabs(e.initial_J);
+  return parts < e.next_to_nothing * std::fabs(e.initial_J) && e.scale_J == std::fabs(e.initial_J);
 }
 
 bool contradicts_exact_energy(const RunReport& r) {

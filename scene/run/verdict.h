@@ -30,8 +30,7 @@ inline constexpr double no_exact_energy = 1e-8;
 /// Whether the energy error of a run does.
 bool contradicts_exact_energy(const RunReport& report);
 
-/// Whether the motion has less than 2^-40 of the energy at the start, to which the errors are
-/// relative then (Ledger::fill): its energy says nothing of the motion.
+/// Whether EnergyReport::next_to_nothing moves: the energy says nothing of the motion.
 bool next_to_nothing_moves(const EnergyReport& e);
 
 }  // namespace porthos::scene
