@@ -22,6 +22,12 @@ std::string text_of_batch(const Shape& item) {
 
 }  // namespace
 
+size_t size_of(const Shape& item) {
+  size_t n = 1;
+  for (const auto k : item) n *= size_t(k);
+  return n;
+}
+
 std::string kind_of(py::handle h) {
   if (!py::isinstance<py::array>(h))
     return fmt::format("a {}", std::string(py::str(py::type::of(h).attr("__name__"))));
@@ -69,12 +75,12 @@ py::array Rows::check(const char* name, py::handle h, const Shape& item) {
   return a;
 }
 
-const double* Rows::in(const char* name, py::handle h, const Shape& item, bool optional) {
-  if (h.is_none() && optional) return nullptr;
+Source Rows::in(const char* name, py::handle h, const Shape& item, bool optional) {
+  if (h.is_none() && optional) return {nullptr, size_of(item)};
   const py::array a = check(name, h, item);
   const char* data = static_cast<const char*>(a.data());
   taken_.push_back({name, data, data + a.nbytes()});
-  return static_cast<const double*>(a.data());
+  return {static_cast<const double*>(a.data()), size_of(item)};
 }
 
 py::array_t<double> Rows::out(const char* name, py::handle h, const Shape& item) {

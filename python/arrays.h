@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "phs/error.h"
+#include "python/lanes.h"
 
 /// Numpy arrays as they are: inputs are neither converted nor copied. An array that does not fit is
 /// refused with a message that names it, what was given and what was expected.
@@ -23,8 +24,8 @@ class Rows {
 
   /// The numbers of an input with shape `item` per state; the first input determines whether the
   /// call is batched. None: null if optional.
-  const double* in(const char* name, py::handle array, const Shape& item, bool optional = false);
-  const double* in(const char* name, py::handle array, size_t n, bool optional = false) {
+  Source in(const char* name, py::handle array, const Shape& item, bool optional = false);
+  Source in(const char* name, py::handle array, size_t n, bool optional = false) {
     return in(name, array, Shape{py::ssize_t(n)}, optional);
   }
   /// `out` checked as an input is, writeable and apart from the inputs; or a new array if it is
@@ -45,6 +46,9 @@ class Rows {
   std::string first_;         ///< the array that determined the number of states
   std::vector<Known> taken_;  ///< memory of this call
 };
+
+/// How many numbers an item of a shape has.
+size_t size_of(const Shape& item);
 
 /// "a numpy array of shape (2, 7)", "a list", ...
 std::string kind_of(py::handle object);

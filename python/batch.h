@@ -83,6 +83,15 @@ void over_rows(const SharedMechanism& m, const Rows& rows, const std::array<Sour
   work();
 }
 
+/// One array of numbers of the shape `item` for each state.
+template <size_t I, class F>
+py::array_t<double> one_array(const SharedMechanism& m, Rows& rows, const std::array<Source, I>& in,
+                              py::handle out, const Shape& item, F f) {
+  auto y = rows.out("out", out, item);
+  over_rows(m, rows, in, std::array{Target{y.mutable_data(), size_of(item)}}, f);
+  return y;
+}
+
 inline size_t nq(const SharedMechanism& m) { return size_t(m->nq()); }
 inline size_t nv(const SharedMechanism& m) { return size_t(m->nv()); }
 

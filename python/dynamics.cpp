@@ -37,49 +37,39 @@ void by_rows(Scratch& s, size_t rows, size_t cols, std::span<T> out, F kernel) {
     for (size_t j = 0; j < cols; ++j) out[i * cols + j] = a[j * rows + i];
 }
 
-Shape wrench_shape(const SharedMechanism& m) { return {m->body_count(), 6}; }
+/// The input of wrenches.
+Source wrenches_in(Rows& r, const SharedMechanism& m, py::handle wrench) {
+  return r.in("wrench", wrench, Shape{m->body_count(), 6}, true);
+}
 
 py::array_t<double> aba_of(const SharedMechanism& m, py::object q, py::object v, py::object tau,
                            py::object wrench, py::object out) {
   Rows r;
-  const size_t b = 6 * size_t(m->body_count());
-  const std::array<Source, 4> in{{{r.in("q", q, nq(m)), nq(m)},
-                                  {r.in("v", v, nv(m)), nv(m)},
-                                  {r.in("tau", tau, nv(m), true), nv(m)},
-                                  {r.in("wrench", wrench, wrench_shape(m), true), b}}};
-  auto vdot = r.out("out", out, nv(m));
-  over_rows(m, r, in, std::array<Target, 1>{{{vdot.mutable_data(), nv(m)}}},
-            [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
-              aba<T>(*m, w, a[0], a[1], {a[2], wrenches<T>(s, a[3])}, o[0]);
-            });
-  return vdot;
+  const std::array in{r.in("q", q, nq(m)), r.in("v", v, nv(m)), r.in("tau", tau, nv(m), true),
+                      wrenches_in(r, m, wrench)};
+  return one_array(m, r, in, out, Shape{m->nv()},
+                   [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
+                     aba<T>(*m, w, a[0], a[1], {a[2], wrenches<T>(s, a[3])}, o[0]);
+                   });
 }
 
 py::array_t<double> rnea_of(const SharedMechanism& m, py::object q, py::object v, py::object vdot,
                             py::object wrench, py::object out) {
   Rows r;
-  const size_t b = 6 * size_t(m->body_count());
-  const std::array<Source, 4> in{{{r.in("q", q, nq(m)), nq(m)},
-                                  {r.in("v", v, nv(m), true), nv(m)},
-                                  {r.in("vdot", vdot, nv(m), true), nv(m)},
-                                  {r.in("wrench", wrench, wrench_shape(m), true), b}}};
-  auto tau = r.out("out", out, nv(m));
-  over_rows(m, r, in, std::array<Target, 1>{{{tau.mutable_data(), nv(m)}}},
-            [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
-              rnea<T>(*m, w, a[0], a[1], a[2], wrenches<T>(s, a[3]), o[0]);
-            });
-  return tau;
+  const std::array in{r.in("q", q, nq(m)), r.in("v", v, nv(m), true),
+                      r.in("vdot", vdot, nv(m), true), wrenches_in(r, m, wrench)};
+  return one_array(m, r, in, out, Shape{m->nv()},
+                   [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
+                     rnea<T>(*m, w, a[0], a[1], a[2], wrenches<T>(s, a[3]), o[0]);
+                   });
 }
 
 py::array_t<double> crba_of(const SharedMechanism& m, py::object q, py::object out) {
   Rows r;
-  const std::array<Source, 1> in{{{r.in("q", q, nq(m)), nq(m)}}};
-  auto M = r.out("out", out, Shape{m->nv(), m->nv()});
-  over_rows(m, r, in, std::array<Target, 1>{{{M.mutable_data(), nv(m) * nv(m)}}},
-            [&]<class T>(Scratch&, Workspace<T>& w, const auto& a, const auto& o) {
-              crba<T>(*m, w, a[0], o[0]);
-            });
-  return M;
+  return one_array(m, r, std::array{r.in("q", q, nq(m))}, out, Shape{m->nv(), m->nv()},
+                   [&]<class T>(Scratch&, Workspace<T>& w, const auto& a, const auto& o) {
+                     crba<T>(*m, w, a[0], o[0]);
+                   });
 }
 
 JacobianAxes axes_of(const std::string& axes) {
@@ -93,40 +83,33 @@ py::array_t<double> jacobian_of(const SharedMechanism& m, py::object q, const st
   const BodyFrame& frame = m->body(body);
   const JacobianAxes in_axes = axes_of(axes);
   Rows r;
-  const std::array<Source, 1> in{{{r.in("q", q, nq(m)), nq(m)}}};
-  auto J = r.out("out", out, Shape{6, m->nv()});
-  over_rows(m, r, in, std::array<Target, 1>{{{J.mutable_data(), 6 * nv(m)}}},
-            [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
-              by_rows<T>(s, 6, nv(m), o[0],
-                         [&](std::span<T> c) { jacobian<T>(*m, w, a[0], frame, in_axes, c); });
-            });
-  return J;
+  return one_array(m, r, std::array{r.in("q", q, nq(m))}, out, Shape{6, m->nv()},
+                   [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
+                     by_rows<T>(s, 6, nv(m), o[0], [&](std::span<T> c) {
+                       jacobian<T>(*m, w, a[0], frame, in_axes, c);
+                     });
+                   });
 }
 
 py::array_t<double> centroidal(const SharedMechanism& m, py::object q, py::object out) {
   Rows r;
-  const std::array<Source, 1> in{{{r.in("q", q, nq(m)), nq(m)}}};
-  auto A = r.out("out", out, Shape{6, m->nv()});
-  over_rows(m, r, in, std::array<Target, 1>{{{A.mutable_data(), 6 * nv(m)}}},
-            [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
-              by_rows<T>(s, 6, nv(m), o[0],
-                         [&](std::span<T> c) { centroidal_momentum_matrix<T>(*m, w, a[0], c); });
-            });
-  return A;
+  return one_array(m, r, std::array{r.in("q", q, nq(m))}, out, Shape{6, m->nv()},
+                   [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
+                     by_rows<T>(s, 6, nv(m), o[0], [&](std::span<T> c) {
+                       centroidal_momentum_matrix<T>(*m, w, a[0], c);
+                     });
+                   });
 }
 
 py::tuple hamiltonian_field_of(const SharedMechanism& m, py::object q, py::object p, py::object tau,
                                py::object wrench, py::object out) {
   Rows r;
-  const size_t b = 6 * size_t(m->body_count());
-  const std::array<Source, 4> in{{{r.in("q", q, nq(m)), nq(m)},
-                                  {r.in("p", p, nq(m)), nq(m)},
-                                  {r.in("tau", tau, nv(m), true), nv(m)},
-                                  {r.in("wrench", wrench, wrench_shape(m), true), b}}};
+  const std::array in{r.in("q", q, nq(m)), r.in("p", p, nq(m)), r.in("tau", tau, nv(m), true),
+                      wrenches_in(r, m, wrench)};
   const auto [first, second] = two(out);
   auto q_dot = r.out("out[0]", first, nq(m)), p_dot = r.out("out[1]", second, nq(m));
   over_rows(m, r, in,
-            std::array<Target, 2>{{{q_dot.mutable_data(), nq(m)}, {p_dot.mutable_data(), nq(m)}}},
+            std::array{Target{q_dot.mutable_data(), nq(m)}, Target{p_dot.mutable_data(), nq(m)}},
             [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
               hamiltonian_field<T>(*m, w, a[0], a[1], {a[2], wrenches<T>(s, a[3])}, o[0], o[1]);
             });
@@ -147,11 +130,8 @@ py::tuple derivatives_of(const SharedMechanism& m, py::object q, py::object v, p
   constexpr size_t matrices = forward ? 3 : 2;
   Rows r;
   const size_t n = nv(m);
-  const std::array<Source, 4> in{
-      {{r.in("q", q, nq(m)), nq(m)},
-       {r.in("v", v, n), n},
-       {r.in(forward ? "tau" : "vdot", given, n), n},
-       {r.in("wrench", wrench, wrench_shape(m), true), 6 * size_t(m->body_count())}}};
+  const std::array in{r.in("q", q, nq(m)), r.in("v", v, n),
+                      r.in(forward ? "tau" : "vdot", given, n), wrenches_in(r, m, wrench)};
   py::tuple all(matrices + 1);
   std::array<Target, matrices + 1> out;
   for (size_t k = 0; k <= matrices; ++k) {
@@ -176,17 +156,13 @@ py::array_t<double> regressor_of(const SharedMechanism& m, py::object q, py::obj
                                  py::object vdot) {
   Rows r;
   const size_t columns = 10 * m->bodies().size();
-  const std::array<Source, 3> in{{{r.in("q", q, nq(m)), nq(m)},
-                                  {r.in("v", v, nv(m)), nv(m)},
-                                  {r.in("vdot", vdot, nv(m)), nv(m)}}};
-  auto Y = r.out("out", py::none(), Shape{m->nv(), py::ssize_t(columns)});
-  over_rows(m, r, in, std::array<Target, 1>{{{Y.mutable_data(), nv(m) * columns}}},
-            [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
-              by_rows<T>(s, nv(m), columns, o[0], [&](std::span<T> c) {
-                inertial_regressor<T>(*m, w, s.derivatives<T>(), a[0], a[1], a[2], c);
-              });
-            });
-  return Y;
+  const std::array in{r.in("q", q, nq(m)), r.in("v", v, nv(m)), r.in("vdot", vdot, nv(m))};
+  return one_array(m, r, in, py::none(), Shape{m->nv(), py::ssize_t(columns)},
+                   [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
+                     by_rows<T>(s, nv(m), columns, o[0], [&](std::span<T> c) {
+                       inertial_regressor<T>(*m, w, s.derivatives<T>(), a[0], a[1], a[2], c);
+                     });
+                   });
 }
 
 }  // namespace

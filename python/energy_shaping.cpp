@@ -101,13 +101,12 @@ the plant. The field of this model is the target dynamics; that the plant under 
           "law",
           [](const es::ClosedLoop& l, double t, py::object x) {
             Rows r;
-            const size_t n = size_t(l.description().nx);
-            const double* at = r.in("x", x, n);
+            const Source at = r.in("x", x, size_t(l.description().nx));
             if (r.batched()) throw InvalidArgument("x has several states, expected one");
             std::vector<double> u(size_t(l.plant().description().nu));
             {
               const py::gil_scoped_release released;
-              l.loop<double>()->law(t, {at, n}, u);
+              l.loop<double>()->law(t, {at.data, at.n}, u);
             }
             return as_array(std::move(u));
           },

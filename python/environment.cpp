@@ -176,14 +176,13 @@ the one it begins as; what each environment has now stands in `cases`.)")
           [](py::object self, py::object actions) {
             auto& e = of(self);
             Rows r;
-            const size_t n = size_t(e.action_size());
-            const double* a = r.in("actions", actions, Shape{e.count(), e.action_size()});
+            const Source a = r.in("actions", actions, Shape{e.count(), e.action_size()});
             if (r.batched())
               throw InvalidArgument("actions is " + kind_of(actions) +
                                     ", expected one row per environment");
             {
               const py::gil_scoped_release released;
-              e.step({a, n * size_t(e.count())});
+              e.step({a.data, a.n});
             }
             return py::make_tuple(observations(self), flags(self, e.terminated()),
                                   flags(self, e.truncated()));

@@ -29,11 +29,11 @@ void put(const Mat3<T>& R, T* to) {  // row by row
 py::tuple forward_kinematics_of(const SharedMechanism& m, py::object q, py::object out) {
   Rows r;
   const size_t n = size_t(m->body_count());
-  const std::array<Source, 1> in{{{r.in("q", q, nq(m)), nq(m)}}};
+  const std::array in{r.in("q", q, nq(m))};
   const auto [first, second] = two(out);
   auto R = r.out("out[0]", first, Shape{py::ssize_t(n), 3, 3}),
        x = r.out("out[1]", second, Shape{py::ssize_t(n), 3});
-  over_rows(m, r, in, std::array<Target, 2>{{{R.mutable_data(), 9 * n}, {x.mutable_data(), 3 * n}}},
+  over_rows(m, r, in, std::array{Target{R.mutable_data(), 9 * n}, Target{x.mutable_data(), 3 * n}},
             [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
               auto& pose = s.pick<T>(s.pose, s.poses, n);
               forward_kinematics<T>(*m, w, a[0], std::span<Transform<T>>(pose.data(), n));
@@ -50,10 +50,10 @@ py::tuple body_pose_of(const SharedMechanism& m, py::object q, const std::string
   const BodyFrame& frame = m->body(body);
   Rows r;
   const size_t n = size_t(m->body_count());
-  const std::array<Source, 1> in{{{r.in("q", q, nq(m)), nq(m)}}};
+  const std::array in{r.in("q", q, nq(m))};
   const auto [first, second] = two(out);
   auto R = r.out("out[0]", first, Shape{3, 3}), x = r.out("out[1]", second, Shape{3});
-  over_rows(m, r, in, std::array<Target, 2>{{{R.mutable_data(), 9}, {x.mutable_data(), 3}}},
+  over_rows(m, r, in, std::array{Target{R.mutable_data(), 9}, Target{x.mutable_data(), 3}},
             [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
               auto& pose = s.pick<T>(s.pose, s.poses, n);
               const std::span<Transform<T>> all(pose.data(), n);
@@ -65,18 +65,18 @@ py::tuple body_pose_of(const SharedMechanism& m, py::object q, const std::string
   return py::make_tuple(R, x);
 }
 
-/// A function of two arrays (or one, if n2 = 0) that gives numbers of the shape `item`.
+/// A function of q, or of q and one more array, that gives numbers of the shape `item`.
 template <class F>
-py::array_t<double> simple(const SharedMechanism& m, const char* a, py::handle qa, size_t na,
-                           const char* b, py::handle qb, size_t nb, py::handle out,
-                           const Shape& item, F f) {
+py::array_t<double> of_q(const SharedMechanism& m, py::handle q, py::handle out, const Shape& item,
+                         F f) {
   Rows r;
-  const std::array<Source, 2> in{{{r.in(a, qa, na), na}, {b ? r.in(b, qb, nb) : nullptr, nb}}};
-  auto y = r.out("out", out, item);
-  size_t n = 1;
-  for (const auto k : item) n *= size_t(k);
-  over_rows(m, r, in, std::array<Target, 1>{{{y.mutable_data(), n}}}, f);
-  return y;
+  return one_array(m, r, std::array{r.in("q", q, nq(m))}, out, item, f);
+}
+template <class F>
+py::array_t<double> of_two(const SharedMechanism& m, py::handle q, const char* name, py::handle a,
+                           size_t n, py::handle out, const Shape& item, F f) {
+  Rows r;
+  return one_array(m, r, std::array{r.in("q", q, nq(m)), r.in(name, a, n)}, out, item, f);
 }
 
 /// A number for one state, an array of n for a batch.
@@ -102,7 +102,7 @@ R: (bodies, 3, 3) or (n, bodies, 3, 3), columns are the body's axes; r: (bodies,
   m.def(
       "coordinate_rates",
       [](const SharedMechanism& p, py::object q, py::object v, py::object out) {
-        return simple(p, "q", q, nq(p), "v", v, nv(p), out, Shape{p->nq()},
+        return of_two(p, q, "v", v, nv(p), out, Shape{p->nq()},
                       [&]<class T>(Scratch&, Workspace<T>&, const auto& a, const auto& o) {
                         coordinate_rates<T>(*p, a[0], a[1], o[0]);
                       });
@@ -112,7 +112,7 @@ R: (bodies, 3, 3) or (n, bodies, 3, 3), columns are the body's axes; r: (bodies,
   m.def(
       "momenta_from_rates",
       [](const SharedMechanism& p, py::object q, py::object v, py::object out) {
-        return simple(p, "q", q, nq(p), "v", v, nv(p), out, Shape{p->nq()},
+        return of_two(p, q, "v", v, nv(p), out, Shape{p->nq()},
                       [&]<class T>(Scratch&, Workspace<T>& w, const auto& a, const auto& o) {
                         momenta_from_rates<T>(*p, w, a[0], a[1], o[0]);
                       });
@@ -122,7 +122,7 @@ R: (bodies, 3, 3) or (n, bodies, 3, 3), columns are the body's axes; r: (bodies,
   m.def(
       "rates_from_momenta",
       [](const SharedMechanism& mech, py::object q, py::object p, py::object out) {
-        return simple(mech, "q", q, nq(mech), "p", p, nq(mech), out, Shape{mech->nv()},
+        return of_two(mech, q, "p", p, nq(mech), out, Shape{mech->nv()},
                       [&]<class T>(Scratch&, Workspace<T>& w, const auto& a, const auto& o) {
                         rates_from_momenta<T>(*mech, w, a[0], a[1]);
                         std::copy_n(w.rate.begin(), o[0].size(), o[0].begin());
@@ -133,7 +133,7 @@ R: (bodies, 3, 3) or (n, bodies, 3, 3), columns are the body's axes; r: (bodies,
   m.def(
       "momentum",
       [](const SharedMechanism& mech, py::object q, py::object p, py::object out) {
-        return simple(mech, "q", q, nq(mech), "p", p, nq(mech), out, Shape{6},
+        return of_two(mech, q, "p", p, nq(mech), out, Shape{6},
                       [&]<class T>(Scratch&, Workspace<T>& w, const auto& a, const auto& o) {
                         const Momentum<T> h = momentum<T>(*mech, w, a[0], a[1]);
                         put(h.angular, &o[0][0]);
@@ -147,17 +147,17 @@ It is the momentum of the bodies; the spin of rotors is not in it.)");
   m.def(
       "centre_of_mass",
       [](const SharedMechanism& mech, py::object q, py::object out) {
-        return simple(mech, "q", q, nq(mech), nullptr, {}, 0, out, Shape{3},
-                      [&]<class T>(Scratch&, Workspace<T>& w, const auto& a, const auto& o) {
-                        put(centre_of_mass<T>(*mech, w, a[0]), &o[0][0]);
-                      });
+        return of_q(mech, q, out, Shape{3},
+                    [&]<class T>(Scratch&, Workspace<T>& w, const auto& a, const auto& o) {
+                      put(centre_of_mass<T>(*mech, w, a[0]), &o[0][0]);
+                    });
       },
       arg("mechanism"), arg("q"), arg("out") = none,
       "Centre of mass of the moving bodies in the world [m]: (3,) or (n, 3).");
   m.def(
       "kinetic_energy",
       [](const SharedMechanism& mech, py::object q, py::object p, py::object out) {
-        return number(simple(mech, "q", q, nq(mech), "p", p, nq(mech), out, Shape{},
+        return number(of_two(mech, q, "p", p, nq(mech), out, Shape{},
                              [&]<class T>(Scratch&, Workspace<T>& w, const auto& a, const auto& o) {
                                o[0][0] = kinetic_energy<T>(*mech, w, a[0], a[1]);
                              }));
@@ -167,10 +167,10 @@ It is the momentum of the bodies; the spin of rotors is not in it.)");
   m.def(
       "potential_energy",
       [](const SharedMechanism& mech, py::object q, py::object out) {
-        return number(simple(mech, "q", q, nq(mech), nullptr, {}, 0, out, Shape{},
-                             [&]<class T>(Scratch&, Workspace<T>& w, const auto& a, const auto& o) {
-                               o[0][0] = potential_energy<T>(*mech, w, a[0]);
-                             }));
+        return number(of_q(mech, q, out, Shape{},
+                           [&]<class T>(Scratch&, Workspace<T>& w, const auto& a, const auto& o) {
+                             o[0][0] = potential_energy<T>(*mech, w, a[0]);
+                           }));
       },
       arg("mechanism"), arg("q"), arg("out") = none,
       "V = -sum m_i g c_i, zero at the world's origin [J]: a number, or (n,) of a batch. Joint "

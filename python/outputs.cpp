@@ -42,7 +42,7 @@ class SceneOutputs {
   py::array_t<double> at(const py::object& times, const py::object& states) {
     Rows r;
     const auto nx = size_t(assembly_.model->description().nx);
-    const double* x = r.in("states", states, nx);
+    const double* x = r.in("states", states, nx).data;
     const auto t = numbers("times", times, r.count());
     std::vector<double> found;
     for (size_t i = 0; i < r.count(); ++i) {

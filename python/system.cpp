@@ -11,7 +11,6 @@
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/keywords.h"
-#include "python/lanes.h"
 
 namespace porthos::python {
 namespace {
@@ -122,6 +121,9 @@ class Evaluator {
   const ModelPtr& model() const { return model_; }
   size_t nx() const { return size_t(description().nx); }
   size_t nu() const { return size_t(description().nu); }
+  size_t storages() const { return description().storages.size(); }
+  size_t powers() const { return description().powers.size(); }
+  size_t invariants() const { return size_t(description().invariant_count()); }
 
   template <size_t I, class F>
   void run(const Rows& rows, const std::array<Source, I>& in, const Target& out, F f) {
@@ -151,20 +153,33 @@ template <size_t I, class F>
 py::array_t<double> evaluate(Evaluator& e, Rows& r, const std::array<Source, I>& in, py::handle out,
                              const Shape& item, F f) {
   auto y = r.out("out", out, item);
-  e.run(r, in, {y.mutable_data(), item.empty() ? 1 : size_t(item[0])}, f);
+  e.run(r, in, {y.mutable_data(), size_of(item)}, f);
   return y;
 }
-Shape length(size_t n) { return {py::ssize_t(n)}; }
+using Size = size_t (Evaluator::*)() const;
 
-/// The methods of x and one more array.
+/// The methods of x; of x and one more array; of these at a time, which f takes last.
 template <class F>
-auto of_two(const char* second, size_t (Evaluator::*n)() const, size_t (Evaluator::*result)() const,
-            F f) {
-  return [=](Evaluator& e, py::object x, py::object a, py::object out) {
+auto of_x(Size result, F f) {
+  return [=](Evaluator& e, py::object x, py::object out) {
     Rows r;
-    const std::array<Source, 2> in{
-        {{r.in("x", x, e.nx()), e.nx()}, {r.in(second, a, (e.*n)()), (e.*n)()}}};
-    return evaluate(e, r, in, out, length((e.*result)()), f);
+    return evaluate(e, r, std::array{r.in("x", x, e.nx())}, out, {long((e.*result)())}, f);
+  };
+}
+template <class F>
+auto at_time(const char* second, Size n, bool optional, Size result, F f) {
+  return [=](Evaluator& e, double t, py::object x, py::object a, py::object out) {
+    Rows r;
+    const std::array in{r.in("x", x, e.nx()), r.in(second, a, (e.*n)(), optional)};
+    return evaluate(e, r, in, out, {long((e.*result)())},
+                    [&](auto& s, const auto& at, auto o) { f(s, at, o, t); });
+  };
+}
+template <class F>
+auto of_two(const char* second, Size n, Size result, F f) {
+  return [at = at_time(second, n, false, result, f)](Evaluator& e, py::object x, py::object a,
+                                                     py::object out) {
+    return at(e, 0, std::move(x), std::move(a), std::move(out));
   };
 }
 
@@ -187,89 +202,54 @@ count no turns.)")
           "hamiltonian",
           [](Evaluator& e, py::object x, py::object out) -> py::object {
             Rows r;
-            const std::array<Source, 1> in{{{r.in("x", x, e.nx()), e.nx()}}};
-            auto y = evaluate(e, r, in, out, Shape{},
+            auto y = evaluate(e, r, std::array{r.in("x", x, e.nx())}, out, {},
                               [](auto& s, const auto& a, auto o) { o[0] = s.hamiltonian(a[0]); });
             if (!r.batched()) return py::float_(*y.data());
             return y;
           },
           arg("x"), arg("out") = none, "H(x) [J]: a number, or (n,) of a batch.")
-      .def(
-          "gradient",
-          [](Evaluator& e, py::object x, py::object out) {
-            Rows r;
-            const std::array<Source, 1> in{{{r.in("x", x, e.nx()), e.nx()}}};
-            return evaluate(e, r, in, out, length(e.nx()),
-                            [](auto& s, const auto& a, auto o) { s.gradient(a[0], o); });
-          },
-          arg("x"), arg("out") = none, "e = dH/dx.")
-      .def(
-          "field",
-          [](Evaluator& e, double t, py::object x, py::object u, py::object out) {
-            Rows r;
-            const std::array<Source, 2> in{
-                {{r.in("x", x, e.nx()), e.nx()}, {r.in("u", u, e.nu(), true), e.nu()}}};
-            return evaluate(e, r, in, out, length(e.nx()),
-                            [t](auto& s, const auto& a, auto o) { s.field(t, a[0], a[1], o); });
-          },
-          arg("t"), arg("x"), arg("u") = none, arg("out") = none,
-          "dx = (J - R) e + G u at time t, plus the system's own sources.")
-      .def(
-          "rate",
-          [](Evaluator& e, double t, py::object x, py::object effort, py::object out) {
-            Rows r;
-            const std::array<Source, 2> in{
-                {{r.in("x", x, e.nx()), e.nx()}, {r.in("e", effort, e.nx()), e.nx()}}};
-            return evaluate(e, r, in, out, length(e.nx()),
-                            [t](auto& s, const auto& a, auto o) { s.rate(t, a[0], a[1], o); });
-          },
-          arg("t"), arg("x"), arg("e"), arg("out") = none,
-          "The field for any efforts e instead of dH/dx(x), as discrete gradients put them in.")
+      .def("gradient",
+           of_x(&Evaluator::nx, [](auto& s, const auto& a, auto o) { s.gradient(a[0], o); }),
+           arg("x"), arg("out") = none, "e = dH/dx.")
+      .def("field",
+           at_time("u", &Evaluator::nu, true, &Evaluator::nx,
+                   [](auto& s, const auto& a, auto o, double t) { s.field(t, a[0], a[1], o); }),
+           arg("t"), arg("x"), arg("u") = none, arg("out") = none,
+           "dx = (J - R) e + G u at time t, plus the system's own sources.")
+      .def("rate",
+           at_time("e", &Evaluator::nx, false, &Evaluator::nx,
+                   [](auto& s, const auto& a, auto o, double t) { s.rate(t, a[0], a[1], o); }),
+           arg("t"), arg("x"), arg("e"), arg("out") = none,
+           "The field for any efforts e instead of dH/dx(x), as discrete gradients put them in.")
       .def("apply_structure",
            of_two("e", &Evaluator::nx, &Evaluator::nx,
-                  [](auto& s, const auto& a, auto o) { s.apply_structure(a[0], a[1], o); }),
+                  [](auto& s, const auto& a, auto o, double) { s.apply_structure(a[0], a[1], o); }),
            arg("x"), arg("e"), arg("out") = none, "J(x) e, for any e.")
       .def("apply_dissipation",
-           of_two("e", &Evaluator::nx, &Evaluator::nx,
-                  [](auto& s, const auto& a, auto o) { s.apply_dissipation(a[0], a[1], o); }),
+           of_two(
+               "e", &Evaluator::nx, &Evaluator::nx,
+               [](auto& s, const auto& a, auto o, double) { s.apply_dissipation(a[0], a[1], o); }),
            arg("x"), arg("e"), arg("out") = none, "R(x) e, for any e. Zero for a lossless system.")
       .def("apply_input",
            of_two("u", &Evaluator::nu, &Evaluator::nx,
-                  [](auto& s, const auto& a, auto o) { s.apply_input(a[0], a[1], o); }),
+                  [](auto& s, const auto& a, auto o, double) { s.apply_input(a[0], a[1], o); }),
            arg("x"), arg("u"), arg("out") = none, "G(x) u.")
       .def("output",
            of_two("e", &Evaluator::nx, &Evaluator::nu,
-                  [](auto& s, const auto& a, auto o) { s.output(a[0], a[1], o); }),
+                  [](auto& s, const auto& a, auto o, double) { s.output(a[0], a[1], o); }),
            arg("x"), arg("e"), arg("out") = none, "y = G(x)^T e.")
-      .def(
-          "stored",
-          [](Evaluator& e, py::object x, py::object out) {
-            Rows r;
-            const std::array<Source, 1> in{{{r.in("x", x, e.nx()), e.nx()}}};
-            return evaluate(e, r, in, out, length(e.description().storages.size()),
-                            [](auto& s, const auto& a, auto o) { s.stored(a[0], o); });
-          },
-          arg("x"), arg("out") = none, "The energy in each of description.storages [J].")
-      .def(
-          "powers",
-          [](Evaluator& e, double t, py::object x, py::object effort, py::object out) {
-            Rows r;
-            const std::array<Source, 2> in{
-                {{r.in("x", x, e.nx()), e.nx()}, {r.in("e", effort, e.nx()), e.nx()}}};
-            return evaluate(e, r, in, out, length(e.description().powers.size()),
-                            [t](auto& s, const auto& a, auto o) { s.powers(t, a[0], a[1], o); });
-          },
-          arg("t"), arg("x"), arg("e"), arg("out") = none,
-          "Each of description.powers at the efforts e [W].")
-      .def(
-          "invariants",
-          [](Evaluator& e, py::object x, py::object out) {
-            Rows r;
-            const std::array<Source, 1> in{{{r.in("x", x, e.nx()), e.nx()}}};
-            return evaluate(e, r, in, out, length(size_t(e.description().invariant_count())),
-                            [](auto& s, const auto& a, auto o) { s.invariants(a[0], o); });
-          },
-          arg("x"), arg("out") = none, "The declared invariants, one after another.");
+      .def("stored",
+           of_x(&Evaluator::storages, [](auto& s, const auto& a, auto o) { s.stored(a[0], o); }),
+           arg("x"), arg("out") = none, "The energy in each of description.storages [J].")
+      .def("powers",
+           at_time("e", &Evaluator::nx, false, &Evaluator::powers,
+                   [](auto& s, const auto& a, auto o, double t) { s.powers(t, a[0], a[1], o); }),
+           arg("t"), arg("x"), arg("e"), arg("out") = none,
+           "Each of description.powers at the efforts e [W].")
+      .def("invariants",
+           of_x(&Evaluator::invariants,
+                [](auto& s, const auto& a, auto o) { s.invariants(a[0], o); }),
+           arg("x"), arg("out") = none, "The declared invariants, one after another.");
 }
 
 void bind_check(py::module_& m) {
