@@ -16,6 +16,7 @@
 #include "scene/read/scene_texts.h"
 #include "scene/run/checkpoint.h"
 #include "scene/session/event_times-inl.h"
+#include "scene/session/moved.h"
 
 namespace porthos::report {
 namespace {
@@ -116,11 +117,6 @@ class Gathered {
     });
   }
 
-  static scene::SceneTexts texts_in(const Records& r) {
-    return {r.text("provenance/scene"), r.text("provenance/model"),
-            scene::input_files(r.text("provenance/files"))};
-  }
-
   void add_phase(const Records& r, double from) {
     Json phase = {{"from", from}};
     attempt("series", [&] { phase["series"] = Thinned(r, most_buckets).json(); });
@@ -156,8 +152,8 @@ class Gathered {
 
   void finished_run() {
     attempt("run.h5 is damaged", [&] {
-      const auto r = open_run_file(folder_ / "run.h5");
-      understand(texts_in(*r));
+      const auto r = scene::open_run_file(folder_ / "run.h5");
+      understand(r->scene());
       stage_from_assembly();
       add_phase(*r, 0);
     });
@@ -172,8 +168,8 @@ class Gathered {
         return miss("the checkpoint keeps no scene: no time series and no playback");
       understand(scene::texts_beside(checkpoint));
       if (!assembly_) return;
-      const auto r = open_log(checkpoint / "records.bin", assembly_->model->description(),
-                              scene::RecordLayout(*scene_, *assembly_));
+      const auto r = scene::open_log(checkpoint / "records.bin", assembly_->model->description(),
+                                     scene::RecordLayout(*scene_, *assembly_));
       if (const std::string trouble = r->trouble(); !trouble.empty()) miss(trouble);
       stage_from_assembly();
       add_phase(*r, 0);
@@ -191,19 +187,20 @@ class Gathered {
     std::vector<std::unique_ptr<Records>> files;  // a damaged one is named below
     for (int k = 0; k < count; ++k) {
       try {
-        files.push_back(open_run_file(scene::phase_folder(folder_, size_t(k) + 1) / "run.h5"));
+        files.push_back(
+            scene::open_run_file(scene::phase_folder(folder_, size_t(k) + 1) / "run.h5"));
       } catch (const std::exception&) {
         break;
       }
     }
-    attempt("turning joints", [&] { stage_.run = whole_run(files); });
+    attempt("turning joints", [&] { stage_.run = scene::whole_run(files); });
     double from = 0;
     for (int k = 0; k < count; ++k)
       attempt("a phase of the run cannot be shown", [&] {
         const fs::path folder = scene::phase_folder(folder_, size_t(k) + 1);
-        const auto r = open_run_file(folder / "run.h5");
+        const auto r = scene::open_run_file(folder / "run.h5");
         if (k == 0) {
-          understand(texts_in(*r));
+          understand(r->scene());
           stage_from_assembly();
           if (assembly_) {
             moving.emplace(assembly_->parts);

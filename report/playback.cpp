@@ -7,8 +7,8 @@
 #include "mechanics/kinematics.h"
 #include "mechanics/momentum.h"
 #include "report/detail/shapes.h"
-#include "scene/plot/motion.h"
 #include "scene/run/columns.h"
+#include "scene/session/moved.h"
 
 namespace porthos::report {
 namespace {
@@ -16,33 +16,19 @@ namespace {
 using mechanics::Transform;
 using scene::evenly;
 
-/// The columns of a dataset at some rows, one after another.
-std::vector<double> at_rows(const Records& r, const std::string& name,
-                            const std::vector<std::int64_t>& rows) {
-  std::vector<double> out;
-  size_t k = 0;
-  r.read(name, [&](std::int64_t first, std::int64_t n, int columns, const double* v) {
-    for (; k < rows.size() && rows[k] < first + n; ++k) {
-      const double* row = v + (rows[k] - first) * columns;
-      out.insert(out.end(), row, row + columns);
-    }
-  });
-  return out;
-}
-
 class Clip {
  public:
   Clip(const Stage& stage, const std::vector<std::int64_t>& rows)
       : m_(*stage.mechanism), w_(m_), pose_(m_.nodes().size()), frames_(rows.size()) {
-    t_ = at_rows(*stage.records, "time", rows);
+    t_ = stage.records->at("time", rows);
     if (!read("state/", *stage.records, rows, q_))
       throw InvalidArgument("the records do not have every coordinate");
     moving_ = read("momentum/", *stage.records, rows, p_);
     read_turns(*stage.records, rows);
     read_forces(stage, rows);
     if (stage.records->has("state/orbit.position")) {
-      const auto p = at_rows(*stage.records, "state/orbit.position", rows),
-                 v = at_rows(*stage.records, "state/orbit.velocity", rows);
+      const auto p = stage.records->at("state/orbit.position", rows),
+                 v = stage.records->at("state/orbit.velocity", rows);
       for (size_t f = 0; f < frames_; ++f) {
         orbit_.insert(orbit_.end(), p.begin() + long(3 * f), p.begin() + long(3 * f + 3));
         orbit_.insert(orbit_.end(), v.begin() + long(3 * f), v.begin() + long(3 * f + 3));
@@ -67,7 +53,7 @@ class Clip {
     to.assign(frames_ * nq, 0);
     for (const auto& c : m_.coordinates()) {
       const std::string name = kind + scene::link_name(c.name);
-      const auto v = r.has(name) ? at_rows(r, name, rows) : std::vector<double>();
+      const auto v = r.at(name, rows);
       if (v.size() != frames_ * size_t(c.nq)) return false;
       for (size_t f = 0; f < frames_; ++f)
         std::copy_n(v.begin() + long(f) * c.nq, c.nq, to.begin() + long(f * nq) + c.q);
@@ -77,8 +63,8 @@ class Clip {
   void read_turns(const Records& r, const std::vector<std::int64_t>& rows) {
     turns_.assign(frames_ * size_t(m_.angle_count()), 0.0);
     if (!r.has("turns")) return;
-    const auto names = r.turn_names();
-    const auto v = at_rows(r, "turns", rows);
+    const auto names = r.columns("turns");
+    const auto v = r.at("turns", rows);
     size_t angle = 0;
     for (const auto& c : m_.coordinates()) {
       if (c.kind != phs::BlockKind::angle) continue;
@@ -94,7 +80,7 @@ class Clip {
     for (const auto& [output, joint] : stage.wrenches)
       for (const auto& b : stage.bodies) {
         if (b.joint.name != joint || !stage.records->has("output/" + output)) continue;
-        const auto w = at_rows(*stage.records, "output/" + output, rows);
+        const auto w = stage.records->at("output/" + output, rows);
         if (w.size() != 6 * frames_) continue;
         std::vector<float> force;  // after the moment
         for (size_t f = 0; f < frames_; ++f)
@@ -160,43 +146,17 @@ void add_poses(std::span<const Transform<double>> pose, const mechanics::Vec3d& 
   }
 }
 
-scene::WholeRun whole_run(const std::vector<std::unique_ptr<Records>>& phases) {
-  scene::WholeRun run;
-  for (const auto& phase : phases) {
-    const Records& r = *phase;
-    if (!run.first)
-      run.first = [&r](const std::string& name) {
-        return r.has(name) ? at_rows(r, name, {0}) : std::vector<double>{};
-      };
-    const auto all = [&r](const std::string& name) {
-      return r.has(name) ? at_rows(r, name, evenly(r.count(), r.count())) : std::vector<double>{};
-    };
-    for (auto& joint : scene::turning_joints({{}, r.turn_names(), all}))
-      run.turning.push_back(std::move(joint));
-  }
-  return run;
-}
-
 Json motion(const Stage& stage, std::int64_t most) {
   const Records& r = *stage.records;
-  const auto rows = evenly(r.count(), most);
-  const auto all = [&](const std::string& name) {
-    return r.has(name) ? at_rows(r, name, rows) : std::vector<double>{};
-  };
-  scene::MotionRecords records{all("time"), r.turn_names(), all};
-  for (const auto& name : r.names("output"))
-    records.outputs.emplace_back(name, r.unit("output/" + name));
-  records.springs = stage.springs;
-  records.whole = stage.run;
   Json panels = Json::array();
-  for (const auto& p : scene::motion_panels(*stage.mechanism, records)) {
+  for (const auto& p : scene::panels_of(r, *stage.mechanism, stage.springs, most, stage.run)) {
     Json lines = Json::array();
     for (const auto& l : p.lines)
       lines.push_back(
           {{"name", l.name}, {"v", base64(std::vector<float>(l.value.begin(), l.value.end()))}});
     panels.push_back({{"what", p.what}, {"lines", lines}});
   }
-  return {{"t", base64(records.t)}, {"panels", panels}};
+  return {{"t", base64(r.at("time", evenly(r.count(), most)))}, {"panels", panels}};
 }
 
 Json playback(const Stage& stage, std::int64_t most) {

@@ -36,9 +36,6 @@ mechanics::Vec3d origin_of(const mechanics::Mechanism& m,
 void add_poses(std::span<const mechanics::Transform<double>> pose, const mechanics::Vec3d& origin,
                std::vector<float>& to);
 
-/// What the phases of a run share, whose records these are. They must outlive it.
-scene::WholeRun whole_run(const std::vector<std::unique_ptr<Records>>& phases);
-
 /// The panels of scene::motion_panels at no more than `most` records, equally far apart:
 /// {t, panels: [{what, lines: [{name, v}]}]}.
 Json motion(const Stage& stage, std::int64_t most);

@@ -5,11 +5,12 @@
 #include <string_view>
 #include <vector>
 
-#include "report/records.h"
+#include "scene/session/records.h"
 
 namespace porthos::report {
 
 using Json = nlohmann::ordered_json;
+using scene::Records;
 
 /// Little-endian bytes as base64, for typed arrays of the page.
 std::string base64(const void* bytes, size_t size);

@@ -325,12 +325,6 @@ std::vector<std::string> turning_joints(const MotionRecords& r) {
   return all;
 }
 
-std::string motion_plot(const mechanics::Mechanism& mechanism, const MotionRecords& records,
-                        const std::string& title, const std::string& subtitle) {
-  const auto panels = motion_panels(mechanism, records);
-  return panels.empty() ? "" : trace_plot(panels, title, subtitle);
-}
-
 std::vector<std::int64_t> evenly(std::int64_t count, std::int64_t most) {
   std::vector<std::int64_t> rows;
   const std::int64_t shown = std::min(count, most);

@@ -58,10 +58,6 @@ std::vector<std::string> turning_joints(const MotionRecords& records);
 std::vector<TracePanel> motion_panels(const mechanics::Mechanism& mechanism,
                                       const MotionRecords& records);
 
-/// The panels as a complete SVG document; empty: there are none.
-std::string motion_plot(const mechanics::Mechanism& mechanism, const MotionRecords& records,
-                        const std::string& title, const std::string& subtitle);
-
 inline constexpr std::int64_t most_of_motion = 1500;  ///< records in a plot of the motion
 
 /// At most `most` of `count` records, equally far apart, the first and the last among them.

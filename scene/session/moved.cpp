@@ -9,7 +9,6 @@
 #include "phs/error.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
-#include "scene/files/text_table.h"
 #include "scene/read/scene_texts.h"
 #include "scene/session/detail/summary-inl.h"
 #include "scene/session/event_times-inl.h"
@@ -19,62 +18,25 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The columns of a series at rows; empty: there is none.
-std::vector<double> rows_of(const Hdf5Reader& file, const std::string& name,
-                            const std::vector<std::int64_t>& shown) {
-  std::vector<double> some;
-  if (!file.datasets().count(name)) return some;
-  const auto& d = file.dataset(name);
-  const size_t columns = d.shape.size() > 1 ? size_t(d.shape[1]) : 1;
-  std::vector<double> all(size_t(d.size()));
-  file.read(name, all.data());
-  for (const auto row : shown)
-    if ((size_t(row) + 1) * columns <= all.size())
-      some.insert(some.end(), all.begin() + long(size_t(row) * columns),
-                  all.begin() + long((size_t(row) + 1) * columns));
-  return some;
-}
-
-}  // namespace
-
-std::vector<double> column(const Hdf5Reader& file, const std::string& name) {
-  std::vector<double> v(size_t(file.dataset(name).size()));
-  const auto records = size_t(file.dataset("time").size());
-  if (v.size() != records)
-    throw InvalidArgument(
-        fmt::format("run.h5 is damaged: {} has {} numbers, expected {}, one a record", name,
-                    v.size(), records));
-  file.read(name, v.data());
-  return v;
-}
-
-namespace {
-
-/// The names behind the columns of "turns" in a file.
-std::vector<std::string> turning(const Hdf5Reader& file) {
-  if (!file.datasets().count("turns")) return {};
-  return lines_of(file.texts("turns")["columns"]);
-}
-
-/// The numbers of a series "state/..." or "momentum/..." as lines of their panel, angles with their
+/// The numbers of a block of the state or the momenta as lines of their panel, angles with their
 /// turns.
+/// @param group  "state" or "momentum"
 /// @param angles, turns  the names behind the columns of "turns", and its shown rows
-void add_state(std::vector<TracePanel>& panels, const Hdf5Reader& file, const std::string& name,
-               const std::vector<std::int64_t>& shown, const std::vector<std::string>& angles,
-               const std::vector<double>& turns) {
-  const bool state = name.starts_with("state/");
-  const std::string block = name.substr(name.find('/') + 1);
-  auto rows = rows_of(file, name, shown);
+void add_state(std::vector<TracePanel>& panels, const Records& records, const std::string& group,
+               const std::string& block, const std::vector<std::int64_t>& shown,
+               const std::vector<std::string>& angles, const std::vector<double>& turns) {
+  const bool state = group == "state";
+  const std::string name = group + "/" + block;
+  auto rows = records.at(name, shown);
   const size_t columns = rows.size() / std::max<size_t>(shown.size(), 1);
   if (const auto at = std::ranges::find(angles, block); state && at != angles.end())
     if (turns.size() == angles.size() * rows.size())
       for (size_t i = 0; i < rows.size(); ++i)
         rows[i] += phs::two_pi_hi * turns[i * angles.size() + size_t(at - angles.begin())];
-  auto texts = file.texts(name);
-  const std::string what = fmt::format("{} [{}]", state ? "states" : "momenta", texts["unit"]);
+  const std::string what = fmt::format("{} [{}]", state ? "states" : "momenta", records.unit(name));
   auto panel = std::ranges::find(panels, what, &TracePanel::what);
   if (panel == panels.end()) panel = panels.insert(panel, {what, {}});
-  const auto names = lines_of(texts["columns"]);
+  const auto names = records.columns(name);
   for (size_t k = 0; k < columns; ++k) {
     TraceLine line{columns == 1              ? block
                    : names.size() == columns ? block + "." + names[k]
@@ -84,29 +46,42 @@ void add_state(std::vector<TracePanel>& panels, const Hdf5Reader& file, const st
   }
 }
 
-std::vector<TracePanel> states_of(const Hdf5Reader& file, std::int64_t most) {
-  const auto shown = evenly(file.dataset("time").size(), most);
-  const auto angles = turning(file);
-  const auto turns = rows_of(file, "turns", shown);
+std::vector<TracePanel> states_of(const Records& records, std::int64_t most) {
+  const auto shown = evenly(records.count(), most);
+  const auto angles = records.columns("turns");
+  const auto turns = records.at("turns", shown);
   std::vector<TracePanel> panels;
-  for (const char* group : {"state/", "momentum/"})
-    for (const auto& [name, d] : file.datasets())
-      if (name.starts_with(group)) add_state(panels, file, name, shown, angles, turns);
+  for (const char* group : {"state", "momentum"})
+    for (const auto& block : records.names(group))
+      add_state(panels, records, group, block, shown, angles, turns);
   return panels;
 }
 
 }  // namespace
 
-std::vector<TracePanel> panels_of(const Hdf5Reader& file, const mechanics::Mechanism& m,
+WholeRun whole_run(const std::vector<std::unique_ptr<Records>>& phases) {
+  WholeRun run;
+  for (const auto& phase : phases) {
+    const Records& r = *phase;
+    if (!run.first) run.first = [&r](const std::string& name) { return r.at(name, {0}); };
+    const auto all = [&r](const std::string& name) {
+      return r.at(name, evenly(r.count(), r.count()));
+    };
+    for (auto& joint : turning_joints({{}, r.columns("turns"), all}))
+      run.turning.push_back(std::move(joint));
+  }
+  return run;
+}
+
+std::vector<TracePanel> panels_of(const Records& r, const mechanics::Mechanism& m,
                                   const std::vector<Spring>& springs, std::int64_t most,
                                   const WholeRun& whole) {
-  const auto shown = evenly(file.dataset("time").size(), most);
-  const auto series = [&](const std::string& name) { return rows_of(file, name, shown); };
-  MotionRecords records{series("time"), turning(file), series};
+  const auto shown = evenly(r.count(), most);
+  const auto series = [&](const std::string& name) { return r.at(name, shown); };
+  MotionRecords records{series("time"), r.columns("turns"), series};
   records.whole = whole;
-  for (const auto& [name, d] : file.datasets())
-    if (name.starts_with("output/"))
-      records.outputs.emplace_back(name.substr(7), file.texts(name)["unit"]);
+  for (const auto& name : r.names("output"))
+    records.outputs.emplace_back(name, r.unit("output/" + name));
   records.springs = springs;
   return motion_panels(m, records);
 }
@@ -123,14 +98,10 @@ Moved moved_in(const fs::path& part) {
   }
   require_finished(folder);
   const bool one = fs::exists(folder / "run.h5");
-  const Hdf5Reader first(one ? folder / "run.h5" : folder / "phase_1" / "run.h5");
-  const auto text = [&](const char* name) {
-    return first.datasets().count(name) ? first.text(name) : std::string();
-  };
-  if (text("provenance/scene").empty()) return {};  // of a system of the user's own
-  const Scene scene = read_scene_again(
-      (folder / "scene.toml").string(),
-      {text("provenance/scene"), text("provenance/model"), input_files(text("provenance/files"))});
+  const auto first = open_run_file(one ? folder / "run.h5" : folder / "phase_1" / "run.h5");
+  const SceneTexts texts = first->scene();
+  if (texts.scene.empty()) return {};  // of a system of the user's own
+  const Scene scene = read_scene_again((folder / "scene.toml").string(), texts);
   const Assembly assembly = assemble(scene);
   if (!assembly.mechanism) return {};
   Moved all{{assembly.mechanism}, springs_of(scene)};
@@ -142,7 +113,7 @@ Moved moved_in(const fs::path& part) {
   all.mechanisms = {{moving.model, &moving.model->mechanism()}};
   for (size_t k = 1; fs::is_directory(phase_folder(folder, k + 1)); ++k) {
     const fs::path phase = phase_folder(folder, k);
-    const auto t = column(Hdf5Reader(phase / "run.h5"), "time");
+    const auto t = open_run_file(phase / "run.h5")->column("time");
     pass_events(moving, scene, phase, t.empty() ? 0 : t.back(), happened);
     all.mechanisms.emplace_back(moving.model, &moving.model->mechanism());
   }
@@ -179,17 +150,24 @@ void append_phase(Motion& whole, const std::vector<TracePanel>& panels, size_t b
     for (TraceLine& l : p.lines) l.value.resize(before + count, std::nan(""));
 }
 
-/// panels(k, file, most): those of phase k.
+/// The records of each phase.
+std::vector<std::unique_ptr<Records>> records_of(const std::vector<fs::path>& parts) {
+  std::vector<std::unique_ptr<Records>> all;
+  for (const auto& part : parts) all.push_back(open_run_file(part / "run.h5"));
+  return all;
+}
+
+/// panels(k, most): those of phase k.
 template <class Panels>
-Motion over_phases(const std::vector<fs::path>& parts, std::int64_t most, const Panels& panels) {
+Motion over_phases(const std::vector<std::unique_ptr<Records>>& phases, std::int64_t most,
+                   const Panels& panels) {
   Motion whole;
-  for (size_t k = 0; k < parts.size(); ++k) {
-    const Hdf5Reader file(parts[k] / "run.h5");
-    const auto t = column(file, "time");
-    const auto each = std::max<std::int64_t>(most / std::int64_t(parts.size()), 2);
+  const auto each = std::max<std::int64_t>(most / std::int64_t(phases.size()), 2);
+  for (size_t k = 0; k < phases.size(); ++k) {
     const size_t before = whole.t.size();
-    for (const auto i : evenly(std::int64_t(t.size()), each)) whole.t.push_back(t[size_t(i)]);
-    append_phase(whole, panels(k, file, each), before, whole.t.size() - before);
+    for (const double t : phases[k]->at("time", evenly(phases[k]->count(), each)))
+      whole.t.push_back(t);
+    append_phase(whole, panels(k, each), before, whole.t.size() - before);
   }
   for (TracePanel& p : whole.panels)
     for (TraceLine& l : p.lines) l.t = whole.t;
@@ -208,30 +186,22 @@ Motion motion_in(const fs::path& folder, std::int64_t most,
         "{} has no mechanism whose motion could be shown, expected a scene or a MechanicalModel; "
         "what = \"states\" shows its states",
         folder.string()));
-  const Hdf5Reader start(parts[0] / "run.h5");
-  WholeRun run{[&](const std::string& name) { return rows_of(start, name, {0}); }};
-  for (const auto& part : parts) {
-    const Hdf5Reader file(part / "run.h5");
-    const auto n = file.dataset("time").size();
-    const auto all = [&](const std::string& name) { return rows_of(file, name, evenly(n, n)); };
-    for (auto& joint : turning_joints({{}, turning(file), all}))
-      run.turning.push_back(std::move(joint));
-  }
-  return over_phases(parts, most, [&](size_t k, const Hdf5Reader& file, std::int64_t each) {
-    return panels_of(file, *moved.mechanisms[k], moved.springs, each, run);
+  const auto phases = records_of(parts);
+  const WholeRun run = whole_run(phases);
+  return over_phases(phases, most, [&](size_t k, std::int64_t each) {
+    return panels_of(*phases[k], *moved.mechanisms[k], moved.springs, each, run);
   });
 }
 
 bool has_scene(const fs::path& folder) {
-  const Hdf5Reader first(parts_of(folder)[0] / "run.h5");
-  return first.datasets().count("provenance/scene") > 0 && !first.text("provenance/scene").empty();
+  return !open_run_file(parts_of(folder)[0] / "run.h5")->scene().scene.empty();
 }
 
 Motion states_in(const fs::path& folder, std::int64_t most) {
   require_finished(folder);
-  return over_phases(parts_of(folder), most, [](size_t, const Hdf5Reader& file, std::int64_t each) {
-    return states_of(file, each);
-  });
+  const auto phases = records_of(parts_of(folder));
+  return over_phases(phases, most,
+                     [&](size_t k, std::int64_t each) { return states_of(*phases[k], each); });
 }
 
 }  // namespace porthos::scene

@@ -5,10 +5,9 @@
 #include <vector>
 
 #include "scene/plot/motion.h"
+#include "scene/session/records.h"
 
 namespace porthos::scene {
-
-class Hdf5Reader;
 
 /// What moved in a run.
 struct Moved {
@@ -42,14 +41,13 @@ bool has_scene(const std::filesystem::path& folder);
 /// @throws InvalidArgument as replot()
 Motion states_in(const std::filesystem::path& folder, std::int64_t most);
 
-/// The panels of the motion in a run.h5, at most so many records.
-std::vector<TracePanel> panels_of(const Hdf5Reader& file, const mechanics::Mechanism& mechanism,
+/// What the phases of a run share, whose records these are. They must outlive it.
+WholeRun whole_run(const std::vector<std::unique_ptr<Records>>& phases);
+
+/// The panels of the motion in records, of which at most so many are shown.
+std::vector<TracePanel> panels_of(const Records& records, const mechanics::Mechanism& mechanism,
                                   const std::vector<Spring>& springs, std::int64_t most,
                                   const WholeRun& whole = {});
-
-/// A series of a run.h5 with one number per record.
-/// @throws InvalidArgument if it has more or fewer
-std::vector<double> column(const Hdf5Reader& file, const std::string& name);
 
 /// The folders of a finished run that have a run.h5: its own, or those of its phases.
 /// @throws InvalidArgument if there is none

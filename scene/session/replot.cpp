@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "phs/error.h"
 #include "phs/nearest.h"
 #include "scene/files/files.h"
-#include "scene/files/hdf5_reader.h"
-#include "scene/plot/ledger_plot.h"
 #include "scene/plot/plot.h"
 #include "scene/run/columns.h"
 #include "scene/session/detail/span.h"
@@ -35,6 +34,11 @@ RunReport report_of(const Json& s) {
   r.steps = std::int64_t(std::clamp(number(s.at("steps")), 0.0, 0x1p53));
   r.cpu_s = number(s.at("cpu_s"));
   r.energy.scale_J = number(s.at("energy").at("scale_J"));
+  const Json& balance = s.at("balance");
+  for (const auto& [key, list] :
+       {std::pair{"storages", &r.storages}, {"ports", &r.ports}, {"losses", &r.losses}})
+    for (const auto& [name, joule] : balance.at(key).items())
+      list->emplace_back(name, number(joule));
   for (const auto& c : s.at("checks"))
     r.checks.push_back({c.at("name"), number(c.at("value")), number(c.at("limit")), c.at("pass"),
                         c.value("telling", true)});
@@ -44,25 +48,20 @@ RunReport report_of(const Json& s) {
   return r;
 }
 
-/// The series of a group, first those named in the summary, in its order.
-std::vector<LedgerLine> lines(const Hdf5Reader& file, const std::string& group, const Json& order,
-                              const std::vector<size_t>& shown) {
-  std::vector<std::string> names;
-  for (const auto& [name, joule] : order.items()) {
-    const std::string link = link_name(name);
-    if (file.datasets().count(group + link)) names.push_back(link);
-  }
-  for (const auto& [name, d] : file.datasets())
-    if (name.starts_with(group) &&
-        std::find(names.begin(), names.end(), name.substr(group.size())) == names.end())
-      names.push_back(name.substr(group.size()));
+/// The series of a group, first those named in the report, in its order.
+std::vector<LedgerLine> lines(const Records& records, const std::string& group,
+                              const RunReport::Named& order, const std::vector<size_t>& shown) {
   std::vector<LedgerLine> all;
-  for (const auto& name : names) {
-    const auto v = column(file, group + name);
+  std::set<std::string> taken;
+  const auto add = [&](const std::string& name, const std::string& link) {
+    if (!records.has(group + "/" + link) || !taken.insert(link).second) return;
+    const auto v = records.column(group + "/" + link);
     LedgerLine line{name, {}};
     for (const size_t i : shown) line.value.push_back(v.at(i));
     all.push_back(std::move(line));
-  }
+  };
+  for (const auto& [name, joule] : order) add(name, link_name(name));
+  for (const auto& name : records.names(group)) add(name, name);
   return all;
 }
 
@@ -72,8 +71,8 @@ TimeSpan span_of(const std::vector<double>& t, const TimeSpan& span) {
   return std::ranges::count_if(t, inside) < 2 ? TimeSpan{} : span;
 }
 
-TracePanel residual_of(const Hdf5Reader& file, const RunReport& r, const TimeSpan& asked = {}) {
-  const auto t = column(file, "time"), error = column(file, "energy_error");
+TracePanel residual_of(const Records& records, const RunReport& r, const TimeSpan& asked = {}) {
+  const auto t = records.column("time"), error = records.column("energy_error");
   const TimeSpan span = span_of(t, asked);
   // The distance of the records: a phase does not begin at 0.
   Envelope envelope(t.size() > 1 ? t[1] - t[0] : 1, std::fmin(r.simulated_s, span.to), span.from);
@@ -90,39 +89,22 @@ std::vector<size_t> shown_of(const std::vector<double>& t, const TimeSpan& span)
   std::vector<size_t> inside, shown;
   for (size_t i = 0; i < t.size(); ++i)
     if (t[i] >= span.from && t[i] <= span.to) inside.push_back(i);
-  const size_t n = inside.size(), every = std::max<size_t>(1, n / 750);
-  for (size_t k = 0; k < n; ++k)
-    if (k % every == 0 || k + 1 == n) shown.push_back(inside[k]);
+  for (const auto k : ledger_rows(std::int64_t(inside.size()))) shown.push_back(inside[size_t(k)]);
   return shown;
-}
-
-LedgerSeries ledger_of(const Hdf5Reader& file, const Json& summary, const TimeSpan& span = {}) {
-  const auto t = column(file, "time"), error = column(file, "energy_error");
-  const auto shown = shown_of(t, span_of(t, span));
-  LedgerSeries s;
-  for (const size_t i : shown) {
-    s.t.push_back(t[i]);
-    s.defect.push_back(error.at(i));
-  }
-  const Json& balance = summary.at("balance");
-  s.stored = lines(file, "stored/", balance.at("storages"), shown);
-  s.supplied = lines(file, "supplied/", balance.at("ports"), shown);
-  s.dissipated = lines(file, "dissipated/", balance.at("losses"), shown);
-  return s;
 }
 
 std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
                                     const mechanics::Mechanism* mechanism,
                                     const std::vector<Spring>& springs) {
   const RunReport r = report_of(summary);
-  const Hdf5Reader file(folder / "run.h5");
+  const auto records = open_run_file(folder / "run.h5");
   const fs::path svg = folder / "energy_error.svg", ledger = folder / "ledger.svg";
-  write_aside(svg, trace_plot({residual_of(file, r)}, r.title, plot_subtitle(r)));
-  write_aside(ledger, ledger_plot(ledger_of(file, summary), r.title, plot_subtitle(r)));
+  write_aside(svg, trace_plot({residual_of(*records, r)}, r.title, plot_subtitle(r)));
+  write_aside(ledger, ledger_plot(ledger_of(*records, r), r.title, plot_subtitle(r)));
   put_in_place(svg);
   put_in_place(ledger);
   std::vector<std::string> files{svg.string(), ledger.string()};
-  if (const auto panels = mechanism ? panels_of(file, *mechanism, springs, most_of_motion)
+  if (const auto panels = mechanism ? panels_of(*records, *mechanism, springs, most_of_motion)
                                     : std::vector<TracePanel>();
       !panels.empty()) {
     const fs::path motion = folder / "motion.svg";
@@ -158,9 +140,9 @@ std::string unit_of_line(const std::string& unit, const std::string& name) {
 /// Those of energies, works and residual in a run.h5.
 TracePanel balance_panel(const fs::path& part, const Json& summary, const std::string& what,
                          const TimeSpan& span) {
-  const Hdf5Reader file(part / "run.h5");
-  if (what == "residual") return residual_of(file, report_of(summary), span);
-  for (TracePanel& p : ledger_panels(ledger_of(file, summary, span)))
+  const auto records = open_run_file(part / "run.h5");
+  if (what == "residual") return residual_of(*records, report_of(summary), span);
+  for (TracePanel& p : ledger_panels(ledger_of(*records, report_of(summary), span)))
     if (without_unit(p.what) == what) return std::move(p);
   throw InvalidArgument(
       fmt::format("{} has no panel '{}': nothing is supplied or lost", part.string(), what));
@@ -259,6 +241,28 @@ std::vector<TracePanel> split(const std::vector<TracePanel>& panels) {
 }
 
 }  // namespace
+
+std::vector<std::int64_t> ledger_rows(std::int64_t count) {
+  const std::int64_t every = std::max<std::int64_t>(1, count / 750);
+  std::vector<std::int64_t> rows;
+  for (std::int64_t k = 0; k < count; ++k)
+    if (k % every == 0 || k + 1 == count) rows.push_back(k);
+  return rows;
+}
+
+LedgerSeries ledger_of(const Records& records, const RunReport& r, const TimeSpan& span) {
+  const auto t = records.column("time"), error = records.column("energy_error");
+  const auto shown = shown_of(t, span_of(t, span));
+  LedgerSeries s;
+  for (const size_t i : shown) {
+    s.t.push_back(t[i]);
+    s.defect.push_back(error.at(i));
+  }
+  s.stored = lines(records, "stored", r.storages, shown);
+  s.supplied = lines(records, "supplied", r.ports, shown);
+  s.dissipated = lines(records, "dissipated", r.losses, shown);
+  return s;
+}
 
 std::vector<std::string> replot(const fs::path& folder) {
   return of_summary(folder, [&](const Json& whole) {

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "scene/plot/ledger_plot.h"
+#include "scene/run/run_report.h"
 #include "scene/session/moved.h"
 
 namespace porthos::scene {
@@ -19,6 +21,12 @@ struct TimeSpan {
   double from = -HUGE_VAL, to = HUGE_VAL;
   bool whole() const { return !(from > -HUGE_VAL) && !(to < HUGE_VAL); }
 };
+
+/// Of so many records those in a picture of the ledger: about 750, equally far apart, and the last.
+std::vector<std::int64_t> ledger_rows(std::int64_t count);
+/// The ledger of a run in a span, or in the whole if the span has next to no records.
+/// @throws InvalidArgument as Records::column()
+LedgerSeries ledger_of(const Records& records, const RunReport& report, const TimeSpan& span = {});
 
 /// A panel of a finished run as figure() draws it: "energies", "works", "residual", a panel of the
 /// motion by its name with or without the unit ("rates of joints") or by a beginning that no other

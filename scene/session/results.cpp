@@ -7,14 +7,12 @@
 
 #include "scene/files/files.h"
 #include "scene/plot/ledger_plot.h"
-#include "scene/plot/motion.h"
 #include "scene/plot/panel_plot.h"
 #include "scene/plot/plot.h"
 #include "scene/plot/space_plot.h"
 #include "scene/run/checkpoint.h"
-#include "scene/run/columns.h"
-#include "scene/run/record_log.h"
 #include "scene/run/run_file.h"
+#include "scene/session/replot.h"
 
 namespace porthos::scene {
 namespace fs = std::filesystem;
@@ -32,63 +30,21 @@ std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& 
   return energy_plot(envelope, {scene.title, plot_subtitle(r), scene.verify.energy});
 }
 
-/// The ledger plot, with at most 750 records.
 std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport& r,
                    const fs::path& log) {
-  const phs::Description& d = assembly.model->description();
-  const RecordLayout layout(scene, assembly);
-  LedgerSeries s;
-  for (const auto& name : d.storages) s.stored.push_back({name, {}});
-  std::vector<LedgerLine> works;
-  for (const auto& p : d.powers) works.push_back({p.name, {}});
-  const std::int64_t every = std::max<std::int64_t>(1, r.records / 750);
-  std::int64_t next = 0;
-  each_record(log, layout, [&](std::span<const double> row) {
-    const std::int64_t at = next++;
-    if (at % every != 0 && at + 1 != r.records) return;
-    s.t.push_back(row[layout.time()]);
-    s.defect.push_back(row[layout.energy()]);
-    for (size_t k = 0; k < s.stored.size(); ++k)
-      s.stored[k].value.push_back(row[layout.stored() + k]);
-    for (size_t a = 0; a < works.size(); ++a) works[a].value.push_back(row[layout.work() + a]);
-  });
-  for (size_t a = 0; a < works.size(); ++a)
-    if (d.powers[a].kind != phs::PowerKind::observed)
-      (d.powers[a].kind == phs::PowerKind::supplied ? s.supplied : s.dissipated)
-          .push_back(std::move(works[a]));
-  return ledger_plot(s, scene.title, plot_subtitle(r));
+  const auto rows = open_log(log, assembly.model->description(), RecordLayout(scene, assembly),
+                             ledger_rows(r.records));
+  return ledger_plot(ledger_of(*rows, r), scene.title, plot_subtitle(r));
 }
 
-/// The motion, with at most 1500 records; empty: nothing of it is in the records.
+/// Empty: nothing of the motion is in the records.
 std::string motion(const Scene& scene, const Assembly& assembly, const RunReport& r,
                    const fs::path& log) {
   if (!assembly.mechanism) return "";
-  const phs::Description& d = assembly.model->description();
-  const RecordLayout layout(scene, assembly);
-  const auto columns = columns_of(d, layout);
-  const auto shown = evenly(r.records, most_of_motion);
-  std::vector<double> kept;
-  size_t next = 0;
-  std::int64_t at = 0;
-  each_record(log, layout, [&](std::span<const double> row) {
-    const std::int64_t here = at++;
-    if (next == shown.size() || shown[next] != here) return;
-    kept.insert(kept.end(), row.begin(), row.end());
-    ++next;
-  });
-  const auto series = [&](const std::string& name) {
-    std::vector<double> all;
-    for (const Column& c : columns)
-      for (size_t k = 0; c.name == name && k < next * c.columns; ++k) {
-        const double v = kept[k / c.columns * layout.size() + c.first + k % c.columns];
-        all.push_back(c.integer ? double(integer(v)) : v);
-      }
-    return all;
-  };
-  MotionRecords records{series("time"), turn_names(d), series};
-  for (const OutputColumn& o : layout.outputs) records.outputs.emplace_back(o.name, o.unit);
-  records.springs = springs_of(scene);
-  return motion_plot(*assembly.mechanism, records, scene.title, plot_subtitle(r));
+  const auto rows = open_log(log, assembly.model->description(), RecordLayout(scene, assembly),
+                             evenly(r.records, most_of_motion));
+  const auto panels = panels_of(*rows, *assembly.mechanism, springs_of(scene), most_of_motion);
+  return panels.empty() ? "" : trace_plot(panels, scene.title, plot_subtitle(r));
 }
 
 /// Writes pictures and summary, and puts them in place after the files written before. Pictures

@@ -21,7 +21,7 @@ class Made : public Records {
     return name != "sweeps" && (momenta_ || !name.ends_with("momentum_error"));
   }
   std::string unit(const std::string&) const override { return ""; }
-  std::vector<std::string> turn_names() const override { return {}; }
+  std::vector<std::string> columns(const std::string&) const override { return {}; }
   std::string text(const std::string&) const override { return ""; }
   static double value(const std::string& name, std::int64_t i) {
     if (name == "time") return 0.5 * double(i);

@@ -4,8 +4,8 @@
 #include <atomic>
 #include <set>
 
-#include "report/records.h"
 #include "scene/files/hdf5_reader.h"
+#include "scene/session/records.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::columns_test {
@@ -85,7 +85,7 @@ TEST(Columns, ALogHasWhatTheFileHas) {
   ASSERT_TRUE(scene::run(c.scene, c.assembly, options).interrupted);
   const auto& d = c.assembly.model->description();
   const auto log =
-      report::open_log(folder / "out" / "checkpoint" / "records.bin", d, {d, c.scene.extrema});
+      scene::open_log(folder / "out" / "checkpoint" / "records.bin", d, {d, c.scene.extrema});
   for (const auto& column : scene::columns_of(d, {d, c.scene.extrema}))
     EXPECT_TRUE(log->has(column.name)) << column.name;
   EXPECT_EQ(log->names("momentum").size(), 2u);
