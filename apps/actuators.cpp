@@ -1,11 +1,11 @@
-#include "apps/actuators.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "apps/command_tools.h"
+#include "apps/output.h"
 #include "phs/error.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_file.h"
@@ -77,8 +77,6 @@ constexpr const char* own_energy =
     "Python takes a text or a function: `porthos.vsa.formula` "
     "([python.md](python.md#controllers-and-actuators)). Tutorial: "
     "[tutorials/actuator.md](tutorials/actuator.md#your-energy).\n";
-
-}  // namespace
 
 std::string actuators_text() {
   scene::TextRows table{{"name", "family", "parameters", "what"}};
@@ -199,6 +197,18 @@ void write_actuator_plots(const std::string& folder) {
   for (const auto& d : vsa::devices())
     if (!d.family.empty())
       scene::write_file(folder + "/" + d.name + ".svg", scene::datasheet_plot(d));
+}
+
+}  // namespace
+
+int actuators_command(const Arguments& a) {
+  if (!a.scene.empty())
+    write_spring_plots(read(a), *a.plots);
+  else if (a.plots)
+    write_actuator_plots(*a.plots);
+  if (a.plots) return exit_ok;
+  print(a.markdown ? actuators_markdown() : a.json ? actuators_json() : actuators_text());
+  return exit_ok;
 }
 
 }  // namespace porthos::apps

@@ -95,6 +95,12 @@ std::string default_out(const Arguments& a) {
   return a.of_case ? fmt::format("{}_case_{}", out, *a.of_case) : out;
 }
 
+ExitCode exit_code(scene::Verdict v) {
+  return v == scene::Verdict::pass   ? exit_ok
+         : v == scene::Verdict::fail ? exit_verdict_failed
+                                     : exit_not_judged;
+}
+
 void log(const std::string& line) { fmt::print(stderr, "porthos: {}\n", line); }
 
 }  // namespace porthos::apps

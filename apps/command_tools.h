@@ -5,6 +5,7 @@
 
 #include "apps/commands.h"
 #include "scene/read/scene.h"
+#include "scene/run/run_report.h"
 
 /// What commands share.
 namespace porthos::apps {
@@ -34,6 +35,8 @@ scene::Scene read(const Arguments& arguments);
 std::string name_of(const std::string& scene);
 /// The folder of a run's results unless --out names one.
 std::string default_out(const Arguments& arguments);
+
+ExitCode exit_code(scene::Verdict verdict);
 
 /// A line on stderr.
 void log(const std::string& line);

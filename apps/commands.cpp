@@ -7,12 +7,9 @@
 #ifdef PORTHOS_MPI
 #include "adapters/mpi/mpi.h"
 #endif
-#include "apps/actuators.h"
 #include "apps/command_tools.h"
 #include "apps/ensemble.h"
-#include "apps/methods.h"
 #include "apps/output.h"
-#include "apps/plan.h"
 #include "apps/progress.h"
 #include "apps/report.h"
 #include "apps/verdict.h"
@@ -54,12 +51,6 @@ scene::RunReport run_with_progress(const scene::Scene& s, const scene::Assembly&
     progress.update(fraction, spent, left);
   };
   return scene::run(s, assembly, options);
-}
-
-ExitCode exit_code(scene::Verdict v) {
-  return v == scene::Verdict::pass   ? exit_ok
-         : v == scene::Verdict::fail ? exit_verdict_failed
-                                     : exit_not_judged;
 }
 
 int finish(const Arguments& a, const scene::RunOptions& options, const scene::RunReport& r) {
@@ -192,17 +183,6 @@ int ensemble_command(const Arguments& a) {
   return r.complete ? exit_code(r.verdict()) : exit_ok;
 }
 
-int plan_command(const Arguments& a) {
-  const scene::Scene s = read(a);
-  const std::string out = a.out.value_or("results/" + name_of(a.scene) + "-plan");
-  const scene::Assembly assembly = scene::assemble(s);
-  scene::tell_notes(assembly, log);
-  const scene::PlanReport r = scene::plan(s, assembly, out, &stop_on_signals());
-  print(a.json ? scene::read_file(out + "/plan.json") : plan_text(r, s.title, out));
-  if (r.plan.status == planning::Plan::Status::stopped) return exit_interrupted;
-  return r.replays() ? exit_ok : exit_numerical;
-}
-
 int export_command(const Arguments& a) {
   const std::string to = a.out.value_or(a.scene + "/run.csv");
   scene::export_csv(a.scene, to, a.of);
@@ -214,21 +194,6 @@ int info_command(const Arguments& a) {
   const scene::Scene s = read(a);
   const scene::Assembly assembly = scene::assemble(s);
   print(a.json ? scene::info_json(s, assembly) : scene::info_text(s, assembly));
-  return exit_ok;
-}
-
-int actuators_command(const Arguments& a) {
-  if (!a.scene.empty())
-    write_spring_plots(read(a), *a.plots);
-  else if (a.plots)
-    write_actuator_plots(*a.plots);
-  if (a.plots) return exit_ok;
-  print(a.markdown ? actuators_markdown() : a.json ? actuators_json() : actuators_text());
-  return exit_ok;
-}
-
-int methods_command(const Arguments& a) {
-  print(a.markdown ? methods_markdown() : a.json ? methods_json() : methods_text());
   return exit_ok;
 }
 

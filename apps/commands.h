@@ -3,6 +3,10 @@
 #include <string>
 #include <vector>
 
+namespace CLI {
+class App;
+}
+
 namespace porthos::apps {
 
 enum ExitCode {
@@ -31,10 +35,20 @@ struct Arguments {
 /// @throws InvalidArgument for bad input
 int run_command(const Arguments& arguments);
 int verify_command(const Arguments& arguments);
+int judge_command(const Arguments& arguments);
 int compare_command(const Arguments& arguments);
 int ensemble_command(const Arguments& arguments);
 int plan_command(const Arguments& arguments);
+int sensitivity_command(const Arguments& arguments);
+int identify_command(const Arguments& arguments);
+int report_command(const Arguments& arguments);
+int film_command(const Arguments& arguments);
+int plot_command(const Arguments& arguments);
 int export_command(const Arguments& arguments);
+int new_command(const Arguments& arguments);
+int schema_command(const Arguments& arguments);
+/// A script for a shell, made from the commands and options of `app` itself.
+int completion_command(const CLI::App& app, const Arguments& arguments);
 int info_command(const Arguments& arguments);
 int methods_command(const Arguments& arguments);
 int actuators_command(const Arguments& arguments);

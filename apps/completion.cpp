@@ -1,9 +1,8 @@
-#include "apps/completion.h"
-
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 
+#include "apps/commands.h"
 #include "apps/output.h"
 #include "integrators/core/integrator.h"
 #include "phs/error.h"

@@ -1,5 +1,3 @@
-#include "apps/film.h"
-
 #include <fmt/format.h>
 
 #include <charconv>

@@ -1,5 +1,3 @@
-#include "apps/identify.h"
-
 #include <fmt/format.h>
 
 #include "apps/command_tools.h"

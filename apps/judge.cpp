@@ -1,5 +1,3 @@
-#include "apps/judge.h"
-
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -18,10 +16,7 @@ int judge_command(const Arguments& a) {
   const auto r = scene::judge_file({a.scene, a.model, a.map.value_or(""), out, log});
   const bool report = make_report(a, out);
   fmt::print("{}", a.json ? scene::read_file(out + "/summary.json") : verdict_text(r, out, report));
-  const scene::Verdict v = r.verdict();
-  return v == scene::Verdict::pass   ? exit_ok
-         : v == scene::Verdict::fail ? exit_verdict_failed
-                                     : exit_not_judged;
+  return exit_code(r.verdict());
 }
 
 }  // namespace porthos::apps

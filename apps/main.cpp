@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <map>
 #include <new>
 #include <string>
 
@@ -13,15 +14,7 @@
 #endif
 #include "apps/command_line.h"
 #include "apps/commands.h"
-#include "apps/completion.h"
 #include "apps/ending.h"
-#include "apps/film.h"
-#include "apps/identify.h"
-#include "apps/judge.h"
-#include "apps/new.h"
-#include "apps/plot.h"
-#include "apps/report.h"
-#include "apps/sensitivity.h"
 #include "apps/usage.h"
 #include "phs/error.h"
 #include "scene/session/info.h"
@@ -31,24 +24,26 @@ namespace {
 using namespace porthos::apps;
 
 int dispatch(const CLI::App& app, const Arguments& a) {
-  if (app.got_subcommand("run")) return run_command(a);
-  if (app.got_subcommand("verify")) return verify_command(a);
-  if (app.got_subcommand("judge")) return judge_command(a);
-  if (app.got_subcommand("compare")) return compare_command(a);
-  if (app.got_subcommand("ensemble")) return ensemble_command(a);
-  if (app.got_subcommand("plan")) return plan_command(a);
-  if (app.got_subcommand("sensitivity")) return sensitivity_command(a);
-  if (app.got_subcommand("identify")) return identify_command(a);
-  if (app.got_subcommand("report")) return report_command(a);
-  if (app.got_subcommand("film")) return film_command(a);
-  if (app.got_subcommand("plot")) return plot_command(a);
-  if (app.got_subcommand("export")) return export_command(a);
-  if (app.got_subcommand("new")) return new_command(a);
-  if (app.got_subcommand("schema")) return schema_command(a);
-  if (app.got_subcommand("completion")) return completion_command(app, a);
-  if (app.got_subcommand("info")) return info_command(a);
-  if (app.got_subcommand("actuators")) return actuators_command(a);
-  return methods_command(a);
+  const std::map<std::string, int (*)(const Arguments&)> commands{
+      {"run", run_command},
+      {"verify", verify_command},
+      {"judge", judge_command},
+      {"compare", compare_command},
+      {"ensemble", ensemble_command},
+      {"plan", plan_command},
+      {"sensitivity", sensitivity_command},
+      {"identify", identify_command},
+      {"report", report_command},
+      {"film", film_command},
+      {"plot", plot_command},
+      {"export", export_command},
+      {"new", new_command},
+      {"schema", schema_command},
+      {"info", info_command},
+      {"methods", methods_command},
+      {"actuators", actuators_command}};
+  const std::string name = app.get_subcommands()[0]->get_name();
+  return name == "completion" ? completion_command(app, a) : commands.at(name)(a);
 }
 
 /// The build, and the consequences of its parts for its licence.

@@ -1,10 +1,10 @@
-#include "apps/methods.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
 
+#include "apps/commands.h"
+#include "apps/output.h"
 #include "integrators/core/integrator.h"
 #include "scene/files/text_table.h"
 
@@ -49,8 +49,6 @@ constexpr const char* legend[] = {
     "resumes: continues from a checkpoint bit for bit.  order -: varies with the tolerance.  ?: "
     "not "
     "known."};
-
-}  // namespace
 
 std::string methods_text() {
   scene::TextRows rows{{"name", "order", "symmetric", "symplectic", "energy", "passivity",
@@ -107,6 +105,13 @@ std::string methods_markdown() {
                         fmt::join(needs(d), ", "), d.source);
   }
   return text;
+}
+
+}  // namespace
+
+int methods_command(const Arguments& a) {
+  print(a.markdown ? methods_markdown() : a.json ? methods_json() : methods_text());
+  return exit_ok;
 }
 
 }  // namespace porthos::apps

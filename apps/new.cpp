@@ -1,9 +1,8 @@
-#include "apps/new.h"
-
 #include <fmt/format.h>
 
 #include <filesystem>
 
+#include "apps/commands.h"
 #include "apps/output.h"
 #include "phs/error.h"
 #include "scene/files/files.h"

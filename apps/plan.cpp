@@ -1,10 +1,15 @@
-#include "apps/plan.h"
-
 #include <fmt/ranges.h>
 
 #include <cmath>
 
+#include "apps/command_tools.h"
+#include "apps/output.h"
+#include "scene/assemble/model_notes.h"
+#include "scene/files/files.h"
+#include "scene/plan/plan.h"
+
 namespace porthos::apps {
+namespace {
 
 std::string plan_text(const scene::PlanReport& r, const std::string& title,
                       const std::string& out) {
@@ -47,6 +52,19 @@ std::string plan_text(const scene::PlanReport& r, const std::string& title,
   return text +
          fmt::format(
              "results     {}/: plan.json, plan.svg, motion.csv, costates.csv, replay.toml\n", out);
+}
+
+}  // namespace
+
+int plan_command(const Arguments& a) {
+  const scene::Scene s = read(a);
+  const std::string out = a.out.value_or("results/" + name_of(a.scene) + "-plan");
+  const scene::Assembly assembly = scene::assemble(s);
+  scene::tell_notes(assembly, log);
+  const scene::PlanReport r = scene::plan(s, assembly, out, &stop_on_signals());
+  print(a.json ? scene::read_file(out + "/plan.json") : plan_text(r, s.title, out));
+  if (r.plan.status == planning::Plan::Status::stopped) return exit_interrupted;
+  return r.replays() ? exit_ok : exit_numerical;
 }
 
 }  // namespace porthos::apps

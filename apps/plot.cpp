@@ -1,5 +1,3 @@
-#include "apps/plot.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -19,7 +19,4 @@ bool make_report(const Arguments& arguments, const std::string& out,
 /// to stderr. @throws InvalidArgument as report::write_report(), and without a template
 void write_page(const Arguments& arguments, const std::filesystem::path& file);
 
-/// porthos report DIR [--out FILE] [--models FOLDER]
-int report_command(const Arguments& arguments);
-
 }  // namespace porthos::apps

@@ -1,5 +1,3 @@
-#include "apps/sensitivity.h"
-
 #include <fmt/format.h>
 
 #include "apps/command_tools.h"
