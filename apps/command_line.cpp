@@ -20,18 +20,29 @@ CLI::App* add_scene_command(CLI::App& app, Arguments& a, const char* name, const
   return c;
 }
 
+/// An option with a value, which the help calls `type`.
+CLI::Option* value(CLI::App* c, const char* name, auto& to, const std::string& what,
+                   const char* type) {
+  return c->add_option(name, to, what)->type_name(type);
+}
+
+/// An option with a list, separated by commas.
+CLI::Option* add_list(CLI::App* c, const char* name, std::vector<std::string>& to, const char* what,
+                      const char* type = "A,B,...") {
+  return value(c, name, to, what, type)->delimiter(',')->allow_extra_args(false);
+}
+
 void add_results(CLI::App* c, Arguments& a, const char* default_out,
                  const char* json = "summary.json") {
-  c->add_option("--out", a.out, fmt::format("results folder [{}]", default_out))->type_name("DIR");
+  value(c, "--out", a.out, fmt::format("results folder [{}]", default_out), "DIR");
   c->add_flag("--json", a.json, fmt::format("print {} instead of the table", json));
   c->add_flag("--no-report", a.no_report, "do not write report.html");
 }
 
 void add_numbers(CLI::App* c, Arguments& a) {
-  c->add_option("--method", a.method, "instead of the scene's, see: porthos methods")
-      ->type_name("M");
-  c->add_option("--step", a.step, "instead of the scene's [s]")->type_name("H");
-  c->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
+  value(c, "--method", a.method, "instead of the scene's, see: porthos methods", "M");
+  value(c, "--step", a.step, "instead of the scene's [s]", "H");
+  value(c, "--duration", a.duration, "instead of the scene's [s]", "T");
 }
 
 void add_overrides(CLI::App* c, Arguments& a) {
@@ -40,9 +51,8 @@ void add_overrides(CLI::App* c, Arguments& a) {
 }
 
 void add_case(CLI::App* c, Arguments& a) {
-  c->add_option("--case", a.of_case,
-                "of the scene's [ensemble], or of its results in place of SCENE, from 0")
-      ->type_name("N");
+  value(c, "--case", a.of_case,
+        "of the scene's [ensemble], or of its results in place of SCENE, from 0", "N");
 }
 
 /// Commands that take steps.
@@ -54,8 +64,7 @@ void add_runs(CLI::App& app, Arguments& a) {
   add_results(run, a, "results/<name of the scene>");
   add_overrides(run, a);
   add_case(run, a);
-  run->add_option("--extend", a.extend, "continue the finished run in the folder to this time [s]")
-      ->type_name("T")
+  value(run, "--extend", a.extend, "continue the finished run in the folder to this time [s]", "T")
       ->excludes("--resume")
       ->excludes("--duration");
 
@@ -69,31 +78,28 @@ void add_runs(CLI::App& app, Arguments& a) {
   auto* judge = add_command(app, "judge", "judge a trajectory that another program made",
                             "porthos judge run.csv --model arm.urdf --map map.toml");
   judge->add_option("FILE", a.scene, "CSV with names in its first line, or HDF5")->required();
-  judge->add_option("--model", a.model, "URDF file")->required()->type_name("M");
-  judge->add_option("--map", a.map, "what the columns mean (TOML), see docs/judge.md")
-      ->type_name("FILE");
+  value(judge, "--model", a.model, "URDF file", "M")->required();
+  value(judge, "--map", a.map, "what the columns mean (TOML), see docs/judge.md", "FILE");
   add_results(judge, a, "results/<name of the file>-judge");
 
   auto* compare = add_scene_command(
       app, a, "compare", "speed against error of every applicable method, as table and plot",
       "porthos compare examples/ets_vii/scene.toml --methods gauss8,rk4");
   add_results(compare, a, "results/compare_<name of the run's folder>", "compare.json");
-  compare->add_option("--methods", a.methods, "some only, see: porthos methods")
-      ->delimiter(',')
-      ->type_name("A,B,...");
-  compare->add_option("--budget", a.budget, "CPU seconds for everything [120]")->type_name("S");
-  compare->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
+  value(compare, "--methods", a.methods, "some only, see: porthos methods", "A,B,...")
+      ->delimiter(',');
+  value(compare, "--budget", a.budget, "CPU seconds for everything [120]", "S");
+  value(compare, "--duration", a.duration, "instead of the scene's [s]", "T");
 
   auto* ensemble = add_scene_command(
       app, a, "ensemble", "the runs of a scene's [ensemble], in SIMD batches and threads",
       "porthos ensemble examples/ensemble/scene.toml --threads 2");
-  ensemble->add_option("--out", a.out, "results folder [results/<name of the scene>]")
-      ->type_name("DIR");
+  value(ensemble, "--out", a.out, "results folder [results/<name of the scene>]", "DIR");
   add_numbers(ensemble, a);
   ensemble->add_flag("--json", a.json, "print ensemble.json instead of the table");
   ensemble->add_flag("--no-report", a.no_report, "do not write report.html");
-  ensemble->add_option("--threads", a.threads, "as many as the machine has [0]")->type_name("N");
-  ensemble->add_option("--part", a.part, "one part of a job array, 1/8 to 8/8")->type_name("K/N");
+  value(ensemble, "--threads", a.threads, "as many as the machine has [0]", "N");
+  value(ensemble, "--part", a.part, "one part of a job array, 1/8 to 8/8", "K/N");
   ensemble->add_flag("--join", a.join, "put together what the parts have left in the folder");
   ensemble->add_flag("--resume", a.resume, "run the cases that are missing in the folder");
 }
@@ -102,39 +108,23 @@ void add_plan_and_sensitivity(CLI::App& app, Arguments& a) {
   auto* plan = add_scene_command(
       app, a, "plan", "the joint torques of a scene's [plan], and a scene to replay them",
       "porthos plan examples/ets_vii_reorientation/scene.toml");
-  plan->add_option("--out", a.out, "results folder [results/<name of the scene>-plan]")
-      ->type_name("DIR");
+  value(plan, "--out", a.out, "results folder [results/<name of the scene>-plan]", "DIR");
   add_numbers(plan, a);
   plan->add_flag("--json", a.json, "print plan.json instead of the summary");
   auto* sensitivity = add_scene_command(
       app, a, "sensitivity", "on which parameters and start values the end of a run depends",
       "porthos sensitivity examples/ets_vii/scene.toml --duration 50 --of base.attitude.z");
-  sensitivity
-      ->add_option("--of", a.of,
-                   "outputs, joint_1.position, base.attitude.x, energy, ... [the outputs, or the "
-                   "places]")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("A,B,...");
-  sensitivity
-      ->add_option(
-          "--by", a.by,
-          "inputs by name, by differences of whole runs: base (its ten numbers), "
-          "link_2.mass, spring.stiffness, controller[0].kp, joint_1.velocity, ... [all, by "
-          "the adjoint]")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("A,B,...");
-  sensitivity->add_option("--threads", a.threads, "of differences, as many as the machine has [0]")
-      ->type_name("N");
-  sensitivity
-      ->add_option("--uncertainty", a.uncertainty,
-                   "relative standard deviation of every parameter: 0.01 for 1 %")
-      ->type_name("R");
-  sensitivity
-      ->add_option("--out", a.out, "results folder [results/<name of the scene>-sensitivity]")
-      ->type_name("DIR");
-  sensitivity->add_option("--top", a.top, "rows of each kind in the table [6]")->type_name("N");
+  add_list(sensitivity, "--of", a.of,
+           "outputs, joint_1.position, base.attitude.x, energy, ... [the outputs, or the places]");
+  add_list(sensitivity, "--by", a.by,
+           "inputs by name, by differences of whole runs: base (its ten numbers), link_2.mass, "
+           "spring.stiffness, controller[0].kp, joint_1.velocity, ... [all, by the adjoint]");
+  value(sensitivity, "--threads", a.threads, "of differences, as many as the machine has [0]", "N");
+  value(sensitivity, "--uncertainty", a.uncertainty,
+        "relative standard deviation of every parameter: 0.01 for 1 %", "R");
+  value(sensitivity, "--out", a.out, "results folder [results/<name of the scene>-sensitivity]",
+        "DIR");
+  value(sensitivity, "--top", a.top, "rows of each kind in the table [6]", "N");
   add_numbers(sensitivity, a);
   add_case(sensitivity, a);
   sensitivity->add_flag("--json", a.json, "print sensitivity.json instead of the table");
@@ -145,13 +135,11 @@ void add_film(CLI::App& app, Arguments& a) {
       add_command(app, "film", "a film or a picture of the playback, by Chromium or Chrome",
                   "porthos film results/capture --from 20 --to 40 --speed 2");
   film->add_option("DIR", a.scene, "results folder of run or verify, or a report.html")->required();
-  film->add_option("--out", a.out, "FILE.mp4, or FILE.png: a picture at --from [DIR/film.mp4]")
-      ->type_name("FILE");
-  film->add_option("--from", a.from, "simulated time [the beginning]")->type_name("T");
-  film->add_option("--to", a.to, "simulated time [the end]")->type_name("T");
-  film->add_option("--speed", a.speed, "simulated seconds per second [the whole in 20 s]")
-      ->type_name("R");
-  film->add_option("--size", a.size, "pixels [1280x720]")->type_name("WxH");
+  value(film, "--out", a.out, "FILE.mp4, or FILE.png: a picture at --from [DIR/film.mp4]", "FILE");
+  value(film, "--from", a.from, "simulated time [the beginning]", "T");
+  value(film, "--to", a.to, "simulated time [the end]", "T");
+  value(film, "--speed", a.speed, "simulated seconds per second [the whole in 20 s]", "R");
+  value(film, "--size", a.size, "pixels [1280x720]", "WxH");
   film->add_option("--camera", a.camera, "from the side and above, or along an axis [iso]")
       ->check(CLI::IsMember({"iso", "x", "y", "z"}));
   film->add_option("--follow", a.follow,
@@ -163,8 +151,7 @@ void add_film(CLI::App& app, Arguments& a) {
   film->add_flag("--dark", a.dark, "on a dark ground");
   film->add_flag("--trail", a.trail, "the whole paths of the arms' ends, not their last part");
   film->add_flag("--no-text", a.no_text, "without the time in the corner");
-  film->add_option("--models", a.models, "where the model files are, to show their meshes")
-      ->type_name("FOLDER");
+  value(film, "--models", a.models, "where the model files are, to show their meshes", "FOLDER");
 }
 
 void add_identify(CLI::App& app, Arguments& a) {
@@ -174,26 +161,16 @@ void add_identify(CLI::App& app, Arguments& a) {
       "porthos identify examples/identification/scene.toml examples/identification/log.csv "
       "--parameters spring.stiffness,bearing.coulomb --sigma 1e-3");
   identify->add_option("LOG", a.log, "CSV with names in its first line, or HDF5")->required();
-  identify
-      ->add_option("--parameters", a.parameters,
-                   "what to find: link_6 (its ten numbers), link_6.mass, spring.stiffness, "
-                   "joint_1.velocity, ...")
-      ->required()
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("A,B,...");
-  identify
-      ->add_option("--sigma", a.sigma,
-                   "noise of the log, 1e-4 of all columns or joint_1.velocity=1e-4,... [from the "
-                   "residual]")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("S");
-  identify->add_option("--out", a.out, "results folder [results/<name of the scene>-identified]")
-      ->type_name("DIR");
-  identify->add_option("--method", a.method, "instead of the scene's: gauss2 to gauss16, midpoint")
-      ->type_name("M");
-  identify->add_option("--step", a.step, "instead of the scene's [s]")->type_name("H");
+  add_list(identify, "--parameters", a.parameters,
+           "what to find: link_6 (its ten numbers), link_6.mass, spring.stiffness, "
+           "joint_1.velocity, ...")
+      ->required();
+  add_list(identify, "--sigma", a.sigma,
+           "noise of the log, 1e-4 of all columns or joint_1.velocity=1e-4,... [from the residual]",
+           "S");
+  value(identify, "--out", a.out, "results folder [results/<name of the scene>-identified]", "DIR");
+  value(identify, "--method", a.method, "instead of the scene's: gauss2 to gauss16, midpoint", "M");
+  value(identify, "--step", a.step, "instead of the scene's [s]", "H");
   identify->add_flag("--json", a.json, "print identify.json instead of the table");
   identify->add_flag("--no-report", a.no_report, "do not write report.html");
 }
@@ -204,29 +181,24 @@ void add_pages(CLI::App& app, Arguments& a) {
                              "porthos report results/ets_vii");
   report->add_option("DIR", a.scene, "results folder of run, verify, compare or ensemble")
       ->required();
-  report->add_option("--out", a.out, "the page [DIR/report.html]")->type_name("FILE");
-  report->add_option("--models", a.models, "where the model files are, to show their meshes")
-      ->type_name("FOLDER");
+  value(report, "--out", a.out, "the page [DIR/report.html]", "FILE");
+  value(report, "--models", a.models, "where the model files are, to show their meshes", "FOLDER");
   add_film(app, a);
   auto* plot =
       add_command(app, "plot", "redraw the plots of results, or draw one panel for print",
                   "porthos plot results/ets_vii\n"
                   "  porthos plot results/ets_vii --what \"rates of joints\" --out rates.pdf");
   plot->add_option("DIR", a.scene, "results folder of a finished run or ensemble")->required();
-  plot->add_option("--what", a.what, "energies, works, residual, motion, a panel or a line of it")
-      ->type_name("NAME");
-  plot->add_option("--from", a.from, "with --what: simulated time [the beginning]")->type_name("T");
-  plot->add_option("--to", a.to, "with --what: simulated time [the end]")->type_name("T");
-  plot->add_option("--out", a.out, "its file: .svg, .pdf or .png [DIR/figure_NAME.svg]")
-      ->type_name("FILE");
+  value(plot, "--what", a.what, "energies, works, residual, motion, a panel or a line of it",
+        "NAME");
+  value(plot, "--from", a.from, "with --what: simulated time [the beginning]", "T");
+  value(plot, "--to", a.to, "with --what: simulated time [the end]", "T");
+  value(plot, "--out", a.out, "its file: .svg, .pdf or .png [DIR/figure_NAME.svg]", "FILE");
   auto* table = add_command(app, "export", "the time series of a finished run as a CSV table",
                             "porthos export results/ets_vii --columns state,energy_error");
   table->add_option("DIR", a.scene, "results folder of a finished run")->required();
-  table->add_option("--out", a.out, "the table [DIR/run.csv]")->type_name("FILE");
-  table->add_option("--columns", a.of, "series of run.h5 or groups of them [all]")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("A,B,...");
+  value(table, "--out", a.out, "the table [DIR/run.csv]", "FILE");
+  add_list(table, "--columns", a.of, "series of run.h5 or groups of them [all]");
 
   add_scene_command(app, a, "info",
                     "what was assembled from a scene: states, ports, invariants, plan, cost",
@@ -235,11 +207,9 @@ void add_pages(CLI::App& app, Arguments& a) {
   auto* starter = add_command(app, "new", "a commented scene for a URDF file, which runs as it is",
                               "porthos new satellite.urdf --base free --out satellite/scene.toml");
   starter->add_option("URDF", a.scene, "model file")->required();
-  starter->add_option("--out", a.out, "the scene file [printed]")->type_name("FILE");
-  starter
-      ->add_option("--base", a.base,
-                   "fixed: stands in the world; free: floats [fixed, or free if no joint moves]")
-      ->type_name("B");
+  value(starter, "--out", a.out, "the scene file [printed]", "FILE");
+  value(starter, "--base", a.base,
+        "fixed: stands in the world; free: floats [fixed, or free if no joint moves]", "B");
   add_command(app, "schema", "JSON schema of scene files, for editors",
               "porthos schema > scene.schema.json")
       ->add_flag("--markdown", a.markdown, "docs/scene_reference.md instead");
@@ -255,8 +225,7 @@ void add_pages(CLI::App& app, Arguments& a) {
                   "porthos actuators scene.toml --plots springs");
   actuators->add_flag("--markdown", a.markdown, "as a page of the documentation");
   actuators->add_flag("--json", a.json, "as one JSON object")->excludes("--markdown");
-  auto* plots = actuators->add_option("--plots", a.plots, "write a plot of each into a folder")
-                    ->type_name("DIR");
+  auto* plots = value(actuators, "--plots", a.plots, "write a plot of each into a folder", "DIR");
   actuators->add_option("SCENE", a.scene, "torque and stiffness of its actuators are drawn")
       ->needs(plots);
 }
