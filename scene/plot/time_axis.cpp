@@ -10,15 +10,16 @@
 
 namespace porthos::scene {
 
-TimeAxis even_times(double last, int parts) {
+TimeAxis even_times(double first, double last, int parts) {
   TimeAxis axis;
-  const double second = last <= 7200 ? 1 : last <= 2 * 86400 ? 3600 : 86400;
+  const double span = last - first;
+  const double second = span <= 7200 ? 1 : span <= 2 * 86400 ? 3600 : 86400;
   axis.unit = second == 1 ? "s" : second == 3600 ? "h" : "d";
   if (!(last > 0) || !std::isfinite(last)) return axis;
-  const double step = round_step(last / second, parts);
-  for (int i = 0; i * step <= last / second * 1.0001; ++i)
-    axis.ticks.push_back({i * step * second, number_text(i * step, in_powers(last / second))});
-  axis.ticks.front().text = "0";
+  const double step = round_step(span / second, parts), end = (last + 1e-4 * span) / second;
+  const int digits = 3 + int(std::log10(end / step));  // tell neighbours apart
+  for (double i = std::ceil(first / second / step - 1e-4); i * step <= end; ++i)
+    axis.ticks.push_back({i * step * second, number_text(i * step, in_powers(end), digits)});
   return axis;
 }
 

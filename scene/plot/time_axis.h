@@ -15,8 +15,8 @@ struct TimeAxis {
   std::vector<TimeTick> ticks;
   std::string unit;  ///< "" where every tick has its own
 };
-/// From zero, in about `parts` parts.
-TimeAxis even_times(double last, int parts);
+/// From `first` to `last`, in about `parts` parts.
+TimeAxis even_times(double first, double last, int parts);
 /// Logarithmic: everyday times from `first` to `last`.
 TimeAxis everyday_times(double first, double last);
 

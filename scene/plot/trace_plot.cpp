@@ -33,10 +33,11 @@ class TracePlot {
         for (const double t : l.t)
           if (std::isfinite(t)) {
             last_ = std::max(last_, t);
-            if (t > 0) first_ = std::min(first_, t);
+            if (t > 0 || !log_time_) first_ = std::min(first_, t);
           }
     }
     log_time_ = log_time_ && first_ < last_;
+    if (!log_time_ && !(first_ > 0.1 * last_ && first_ < last_)) first_ = 0;
     place_panels();
   }
   std::string draw(const std::string& title, const std::string& subtitle) {
@@ -105,7 +106,8 @@ class TracePlot {
   double scaled(double v) const { return log_ ? std::log10(v) : v; }
   double x(double t) const {
     if (!(last_ > 0)) return look_.left;
-    const double f = log_time_ ? std::log(t / first_) / std::log(last_ / first_) : t / last_;
+    const double f = log_time_ ? std::log(t / first_) / std::log(last_ / first_)
+                               : (t - first_) / (last_ - first_);
     return look_.left + (look_.right - look_.left) * f;
   }
   double y(double v) const { return bottom_ - (bottom_ - top_) * (v - low_) / (high_ - low_); }
@@ -241,7 +243,7 @@ class TracePlot {
 
   void time_axis() {
     const TimeAxis axis =
-        log_time_ ? everyday_times(first_, last_) : even_times(last_, look_.beside ? 7 : 5);
+        log_time_ ? everyday_times(first_, last_) : even_times(first_, last_, look_.beside ? 7 : 5);
     double free = -1e9;
     for (const TimeTick& k : axis.ticks) {
       const double tick = x(k.t), half = 0.45 * text_width(k.text, look_.ticks);

@@ -1,11 +1,13 @@
 // porthos plot: pictures from run.h5 are those the run has drawn from its log.
 #include "scene/session/replot.h"
+#include "scene/plot/time_axis.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "scene/files/hdf5_reader.h"
 #include "tests/run/scenes.h"
@@ -138,6 +140,12 @@ TEST(Replot, APanelIsChosenByItsName) {
   EXPECT_TRUE(says(refused("free", "works"), "has no panel 'works': nothing is supplied or lost"));
 }
 
+/// From the left, of the first point that is drawn.
+double first_place(const std::string& svg) {
+  const std::string points = "points=\"";
+  return std::stod(svg.substr(svg.find(points) + points.size()));
+}
+
 TEST(Replot, APartOfARunHasItsRecordsAlone) {
   const TemporaryFolder folder;
   const auto s =
@@ -153,6 +161,7 @@ TEST(Replot, APartOfARunHasItsRecordsAlone) {
     EXPECT_EQ(drawn(-HUGE_VAL, HUGE_VAL), whole);
     const auto part = drawn(0.25 * end, 0.75 * end);
     EXPECT_LT(part.size(), whole.size()) << what;
+    EXPECT_EQ(first_place(part), first_place(whole)) << what << ": the axis of a part begins there";
     EXPECT_NE(part, drawn(0.25 * end, 0.5 * end)) << what;
     EXPECT_TRUE(
         says(refusal([&] { drawn(2 * end, 3 * end); }), "there are 0 records, expected two"))
@@ -174,6 +183,22 @@ TEST(Replot, TheBeginningOfANameIsEnoughAndAComponentHasItsUnit) {
   EXPECT_TRUE(says(figure("load").at(0), "load [N m, N]"));
   EXPECT_EQ(figure("rot"), figure("rotation of base"));
   EXPECT_TRUE(says(refusal([&] { figure("rates of"); }), ", 'rates of base, own axes', "));
+}
+
+TEST(TimeAxis, OfALatePartTellsItsTicksApart) {
+  for (const auto& [first, last] :
+       {std::pair{396.0, 400.0}, {0.0, 10.0}, {1e6, 1e6 + 4}, {9e6, 3e7}}) {
+    const auto axis = scene::even_times(first, last, 5);
+    std::set<std::string> texts;
+    for (const auto& tick : axis.ticks) {
+      texts.insert(tick.text);
+      EXPECT_TRUE(tick.t >= first - 1e-9 && tick.t <= last * (1 + 1e-9)) << tick.t;
+    }
+    std::printf("  %g to %g: %zu ticks, %s ... %s %s\n", first, last, axis.ticks.size(),
+                axis.ticks.front().text.c_str(), axis.ticks.back().text.c_str(), axis.unit.c_str());
+    EXPECT_EQ(texts.size(), axis.ticks.size());
+    EXPECT_GE(texts.size(), 3u);
+  }
 }
 
 // A part is thinned by what it has itself: of 4000 records the quarter shows its 1000, all panels.
