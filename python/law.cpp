@@ -4,6 +4,7 @@
 #include <pybind11/pybind11.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <string>
 
@@ -14,7 +15,7 @@ namespace py = pybind11;
 
 /// What is easier said in Python: the import of the file, the checks, the pickle.
 constexpr const char* in_python = R"py(
-import json, os, pickle, sys, traceback, types
+import copy, json, os, pickle, sys, traceback, types
 import numpy
 
 modules = {}  # by path and text: a file that has changed is another one
@@ -35,15 +36,10 @@ def module_of(path, text):
 
 
 class Law:
-    def __init__(self, joints, settings):
-        given = json.loads(settings)
-        module, name = module_of(given["file"], given["text"]), given["class"]
-        if not hasattr(module, name):
-            raise AttributeError(f"{os.path.basename(given['file'])} has no class '{name}'")
-        self.law = getattr(module, name)(joints, *([given["settings"]] if "settings" in given else []))
-        if not callable(self.law):
-            raise TypeError(f"{name} has no method __call__(self, t, q, v)")
-        self.size = len(joints)
+    def __init__(self, law, name, size, arguments="t, q, v"):
+        self.law, self.size = law, size
+        if not callable(law):
+            raise TypeError(f"{name} has no method __call__(self, {arguments})")
         self.stateless = getattr(self.law, "stateless", False) is True
         own = getattr(type(self.law), "__getstate__", None)
         self.own_state = own is not None and own is not getattr(object, "__getstate__", None)
@@ -82,6 +78,25 @@ class Law:
         else:
             self.law.__dict__.clear()
             self.law.__dict__.update(state)
+
+
+def of_file(joints, settings):
+    given = json.loads(settings)
+    module, name = module_of(given["file"], given["text"]), given["class"]
+    if not hasattr(module, name):
+        raise AttributeError(f"{os.path.basename(given['file'])} has no class '{name}'")
+    law = getattr(module, name)(joints, *([given["settings"]] if "settings" in given else []))
+    return Law(law, name, len(joints))
+
+
+class CopyOf(Law):
+    "Of an object law(t, x, y)."
+
+    def __init__(self, law, size):
+        super().__init__(copy.deepcopy(law), type(law).__name__, size, "t, x, y")
+
+    def torques(self, t, q, y, x):
+        return super().torques(t, x, y)
 
 
 def told(error):
@@ -149,16 +164,29 @@ struct PythonLawObject {
 };
 PythonLawObject& object(void* law) { return *static_cast<PythonLawObject*>(law); }
 
-void* create(int n, const char* const* names, int inputs, const char* settings, char* message) {
+/// make(): the law, of the helper's class.
+template <class Make>
+void* create_by(int n, int inputs, char* message, Make make) {
   return with_python(
       [&]() -> void* {
-        py::list joints;
-        for (int k = 0; k < n; ++k) joints.append(names[k]);
-        const py::object law = helper("Law")(joints, settings);
+        const py::object law = make();
         return new PythonLawObject{n, inputs, law.attr("torques"), law.attr("save"),
                                    law.attr("restore")};
       },
       static_cast<void*>(nullptr), message);
+}
+void* create(int n, const char* const* names, int inputs, const char* settings, char* message) {
+  return create_by(n, inputs, message, [&] {
+    py::list joints;
+    for (int k = 0; k < n; ++k) joints.append(names[k]);
+    return helper("of_file")(joints, settings);
+  });
+}
+void* create_copy(int n, const char* const*, int inputs, const char* settings, char* message) {
+  return create_by(n, inputs, message, [&] {
+    const py::handle law = reinterpret_cast<PyObject*>(std::uintptr_t(std::stoull(settings)));
+    return helper("CopyOf")(law, n);
+  });
 }
 
 int torques(void* law, double t, const double* q, const double* v, const double* inputs,
@@ -209,6 +237,11 @@ void destroy(void* law) {
 
 const porthos_law& python_laws() {
   static const porthos_law all{PORTHOS_LAW_VERSION, create, torques, save, restore, destroy};
+  return all;
+}
+
+const porthos_law& python_object_laws() {
+  static const porthos_law all{PORTHOS_LAW_VERSION, create_copy, torques, save, restore, destroy};
   return all;
 }
 

@@ -8,4 +8,8 @@ namespace porthos::python {
 /// must have been started; the functions take the GIL.
 const porthos_law& python_laws();
 
+/// Laws that are copies of an object: law(t, x, y), x the inputs and y the rates of porthos_law.
+/// Settings: the address of the object, which must live as long as laws are made of it.
+const porthos_law& python_object_laws();
+
 }  // namespace porthos::python

@@ -3,10 +3,13 @@
 
 #include <pybind11/stl.h>
 
+#include "energy_shaping/foreign_law.h"
 #include "phs/linear/linear_system.h"
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/keywords.h"
+#include "python/law.h"
+#include "python/scalars.h"
 
 namespace porthos::python {
 namespace {
@@ -32,6 +35,29 @@ Domain domain_of(const std::string& name) {
   if (name == "electricity") return electricity;
   throw InvalidArgument("domain is '" + name +
                         "', expected 'translation', 'rotation' or 'electricity'");
+}
+
+/// A law with a memory, law(t, x, y) of an object, on ports of one member.
+SampledLawPtr object_law(const Network& n, const std::string& name,
+                         const std::vector<std::string>& ports, py::object law, size_t memory) {
+  if (py::isinstance<Law>(law))
+    throw InvalidArgument("control '" + name +
+                          "': a Law acts on one port, by its name; on a list of ports acts an "
+                          "object law(t, x, y), called at the instants alone");
+  std::vector<energy_shaping::LawJoint> rows;
+  size_t states = 0;
+  for (const auto& port : ports) {
+    const auto sizes = n.sizes(port);
+    states = size_t(sizes.states);
+    for (int k = 0; k < sizes.inputs; ++k) rows.push_back({port, 0});
+  }
+  const auto address = std::to_string(reinterpret_cast<std::uintptr_t>(law.ptr()));
+  const auto see = [own = keep(std::move(law))](double, std::span<const double> x,
+                                                std::span<double> seen) {
+    std::copy_n(x.begin(), seen.size(), seen.begin());
+  };
+  return energy_shaping::foreign_law(python_object_laws(), "controller '" + name + "'",
+                                     std::move(rows), address, {states, see}, memory);
 }
 
 /// ["a.body", ("b.body", -1)]
@@ -274,7 +300,24 @@ do not match, and a port that is joined already. In all u = (K - D) y + v with K
 
 period [s], a whole number of steps; 0: continuously. A sampled one is held between the instants k period; `name` is then
 what kappa would have supplied all the time, and `name`.hold what the hold adds. encoder: coordinates
-('<member>.<block>'), it sees their mean flow over the last period. sensors: ports whose outputs kappa sees too.)")
+('<member>.<block>'), it sees their mean flow over the last period. sensors: ports whose outputs kappa sees too.
+kappa is a function of t, x and y alone and is called at other times too; a law that remembers something takes a list of ports.)")
+      .def(
+          "control",
+          [](Network& n, const std::string& name, const std::vector<std::string>& ports,
+             py::object law, double period, size_t memory) -> Network& {
+            return n.control(name, ports, object_law(n, name, ports, std::move(law), memory),
+                             period);
+          },
+          arg("name"), arg("ports"), arg("law"), py::kw_only(), arg("period"), arg("memory") = 0,
+          chain,
+          R"(A sampled controller that remembers, on ports of one member: law(t, x, y) -> u is called at the instants k period
+alone, in turn, and u is held until the next. x: the state of the member, angles unwrapped; y, u: outputs and inputs of the
+ports, one after another. The ledger lists its power as `name`.
+
+law: an object whose attributes are its memory. They must be what pickle takes, or the object has __getstate__ and
+__setstate__, or stateless = True. Runs use copies of it: it stays as it is, and each run begins with it. memory: bytes that it may
+need; 0: twice those of the start and 4096 more. Raises InvalidArgument for ports of two members, LawFailure where the law fails.)")
       .def(
           "potential",
           py::overload_cast<const std::string&, const std::string&, Potential>(&Network::potential),

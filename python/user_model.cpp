@@ -4,6 +4,8 @@
 
 #include <pybind11/stl.h>
 
+#include <atomic>
+
 #include "phs/functions/function.h"
 #include "phs/functions/law.h"
 #include "phs/system/time_scale.h"
@@ -221,18 +223,44 @@ class PythonSystem {
   bool invariants_ = false, stored_ = false, powers_ = false, flow_ = false;
 };
 
-/// u = f(t, x, y).
-struct PythonLaw {
-  Kept f;
+/// u = f(t, x, y). A law that remembers something is seen by its first evaluations: they are asked
+/// for twice.
+class PythonLaw {
+ public:
+  explicit PythonLaw(Kept f) : f_(std::move(f)) {}
+
+  void operator()(double t, std::span<const double> x, std::span<const double> y,
+                  std::span<double> u) const {
+    evaluate(t, x, y, u);
+    if (asked_->load(std::memory_order_relaxed) >= 4) return;
+    ++*asked_;
+    std::vector<double> again(u.size());
+    evaluate(t, x, y, std::span<double>(again));
+    for (size_t k = 0; k < u.size(); ++k)
+      if (again[k] != u[k] && (again[k] == again[k] || u[k] == u[k]))
+        throw phs::LawFailure(
+            "the law gives " + number(u[k], 6) + " and then " + number(again[k], 6) +
+            " for the same t, x and y: it remembers something, expected a function of these alone, "
+            "or Network.control(name, [ports], object, period=...)");
+  }
   template <class T>
   void operator()(const T& t, std::span<const T> x, std::span<const T> y, std::span<T> u) const {
+    evaluate(t, x, y, u);
+  }
+
+ private:
+  template <class T>
+  void evaluate(const T& t, std::span<const T> x, std::span<const T> y, std::span<T> u) const {
     const py::gil_scoped_acquire gil;
     each_lane<T>([&](int l) {
       put_lane(
-          py::handle(f.get())(to_python(phs::lane_of(t, l)), lane_array(x, l), lane_array(y, l)), u,
-          l, "the law");
+          py::handle(f_.get())(to_python(phs::lane_of(t, l)), lane_array(x, l), lane_array(y, l)),
+          u, l, "the law");
     });
   }
+
+  Kept f_;
+  std::shared_ptr<std::atomic<int>> asked_ = std::make_shared<std::atomic<int>>(0);
 };
 
 /// y = f(x).
@@ -290,12 +318,13 @@ Raises InvalidArgument for blocks outside of x, ports outside of u, slices that 
   m.def(
       "law",
       [](py::function f) {
-        return std::const_pointer_cast<Law>(phs::law(PythonLaw{keep(std::move(f))}));
+        return std::const_pointer_cast<Law>(phs::law(PythonLaw(keep(std::move(f)))));
       },
       py::arg("f"),
       "f(t, x, y) -> u as a Law: x the state of the system it acts on, y the output of its port, u "
-      "the input there. See "
-      "UserModel for what the arrays hold.");
+      "the input there. A function of these alone: InvalidArgument in the run if it gives two "
+      "answers. See "
+      "UserModel for what the arrays hold; of laws that remember see Network.control.");
   py::class_<Function, std::shared_ptr<Function>>(
       m, "Function", "y = f(x): a law of an element, or a signal v(t).")
       .def(

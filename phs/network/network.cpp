@@ -70,6 +70,11 @@ int Network::offset(const std::string& member) const {
   refuse(*plan_, "has no member '" + member + "'");
 }
 
+Network::PortSizes Network::sizes(const std::string& port) const {
+  const FoundPort f = find_port(*plan_, port);
+  return {f.port.size, f.member->nx};
+}
+
 Network& Network::main(const std::string& name) {
   for (auto& m : plan_->members)
     if (m.name == name) {

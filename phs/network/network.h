@@ -101,6 +101,12 @@ class Network {
   /// Where the state of a member begins in that of the network. @throws InvalidArgument for an
   /// unknown name
   int offset(const std::string& member) const;
+  /// Numbers of inputs of a port, and of states of its member.
+  struct PortSizes {
+    int inputs, states;
+  };
+  /// @throws InvalidArgument for an unknown port
+  PortSizes sizes(const std::string& port) const;
   Network& control(const std::string& name, const std::string& port, LawPtr law) {
     return control(name, port, std::move(law), Control{});
   }
@@ -164,6 +170,12 @@ class NetworkModel : public ModelFor<NetworkModel> {
 
   /// The offset of a member's state. @throws InvalidArgument for an unknown name
   int offset(const std::string& member) const;
+  /// Numbers of inputs of a port, and of states of its member.
+  struct PortSizes {
+    int inputs, states;
+  };
+  /// @throws InvalidArgument for an unknown port
+  PortSizes sizes(const std::string& port) const;
   const Model& member(const std::string& name) const;
   /// What the gates of sampled controllers did after the time `since` [s], and what laws with a
   /// memory tell, a sentence each.

@@ -210,6 +210,55 @@ def test_python_laws_are_controllers_and_elements():
     assert "supplied/servo.hold" in held.names
 
 
+class Integral:
+    """u = 8 e - y + 6 (the sum of e over the instants) period, e = 1 - x[0]."""
+
+    def __init__(self):
+        self.sum, self.calls = 0.0, 0
+
+    def __call__(self, t, x, y):
+        self.sum += 0.02 * (1 - x[0])
+        self.calls += 1
+        return np.array([8 * (1 - x[0]) - y[0] + 6 * self.sum])
+
+
+SLIDER = """<robot name="slider"><link name="base"/>
+<link name="m"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="rail" type="prismatic"><parent link="base"/><child link="m"/><axis xyz="1 0 0"/></joint></robot>"""
+
+
+def slider(joined):
+    """A mass of 2 kg on a rail, x = (place, momentum), in a network with its controllers."""
+    n = ph.Network("slider")
+    n.add("m", ph.MechanicalModel(ph.parse_urdf(SLIDER, base="fixed").mechanism))
+    return joined(n).build()
+
+
+def test_a_law_that_remembers_acts_at_the_instants_alone():
+    law = Integral()
+    model = slider(lambda n: n.control("law", ["m.rail.force"], law, period=0.02))
+    r = ph.simulate(model, [0.0, 0.0], method="gauss8", step=0.005, duration=5, limits={"balance": 1e-9})
+    assert r.passed and law.calls == 0, "runs use copies"
+    x, v, total = 0.0, 0.0, 0.0
+    for _ in range(250):  # a mass alone: exact under a held force
+        total += 0.02 * (1 - x)
+        u = 8 * (1 - x) - v + 6 * total
+        x, v = x + 0.02 * v + 0.5 * 0.02 ** 2 * u / 2.0, v + 0.02 * u / 2.0
+    assert abs(r["state/rail"][-1] - x) < 1e-11, (r["state/rail"][-1], x)
+    again = ph.simulate(model, [0.0, 0.0], method="gauss8", step=0.005, duration=5)
+    assert again["state/rail"][-1] == r["state/rail"][-1], "each run begins with the object as it was given"
+    refused(lambda: slider(lambda n: n.control("law", ["m.rail.force"], ph.law(lambda t, x, y: -y), period=0.02)), "one port")
+    refused(lambda: slider(lambda n: n.control("law", ["m.rail.force"], lambda t, x, y: -y, period=0.02)), "stateless")
+    refused(lambda: slider(lambda n: n.control("law", ["m.rail.force"], 5, period=0.02)), "no method __call__(self, t, x, y)")
+
+
+def test_a_function_that_remembers_is_no_law():
+    model = slider(lambda n: n.control("law", "m.rail.force", ph.law(Integral()), period=0.02))
+    refused(lambda: ph.simulate(model, [0.0, 0.0], method="gauss8", step=0.005, duration=5), "it remembers something", "[ports]")
+    control = slider(lambda n: n.control("law", "m.rail.force", ph.law(lambda t, x, y: 8 * (1 - x[:1]) - y), period=0.02))
+    assert ph.simulate(control, [0.0, 0.0], method="gauss8", step=0.005, duration=1).passed
+
+
 def test_networks_refuse():
     n = ph.Network("n")
     n.add("a", ph.inertia_element(2)).add("b", ph.inertia_element(2))
