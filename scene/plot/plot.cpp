@@ -98,10 +98,6 @@ TracePanel residual_panel(const Envelope& envelope, std::optional<double> limit)
   return p;
 }
 
-std::string energy_plot(const Envelope& envelope, const PlotLabels& labels) {
-  return trace_plot({residual_panel(envelope, labels.limit)}, labels.title, labels.subtitle);
-}
-
 std::string plot_subtitle(const RunReport& r) {
   if (r.method == "recorded")
     return fmt::format("recorded  ·  {}  ·  verdict: {}", rows_words(r), to_string(r.verdict()));

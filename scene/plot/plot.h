@@ -39,18 +39,9 @@ class Envelope {
   std::vector<EnvelopePoint> points_;
 };
 
-/// The texts of an energy plot.
-struct PlotLabels {
-  std::string title, subtitle;
-  std::optional<double> limit;  ///< of the verdict
-};
-
 /// "residual [relative]": the relative energy error as a band, its root mean square so far, √t
 /// through the end of that, and the limit of the verdict.
 TracePanel residual_panel(const Envelope& envelope, std::optional<double> limit);
-
-/// That panel as a complete SVG document.
-std::string energy_plot(const Envelope& envelope, const PlotLabels& labels);
 
 /// The line below the title of a run's pictures: method, step, cost, verdict.
 std::string plot_subtitle(const RunReport& report);

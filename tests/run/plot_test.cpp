@@ -47,7 +47,7 @@ void expect_valid(const std::string& svg) {
 
 TEST(Plot, IsValidXmlWhateverTheTitle) {
   const auto e = random_walk(1, 1e4, 10000);
-  const auto svg = energy_plot(e, {"a <b> & \"c\" \x01 — ü", "gauss16", 1e-12});
+  const auto svg = trace_plot({residual_panel(e, 1e-12)}, "a <b> & \"c\" \x01 — ü", "gauss16");
   expect_valid(svg);
   EXPECT_NE(svg.find("a &lt;b&gt; &amp;"), std::string::npos);
 }
@@ -70,12 +70,12 @@ TEST(Plot, SurvivesEveryDegenerateSeries) {
   for (const double value : {0.0, 1e-300, 1e300, HUGE_VAL, double(NAN)}) {
     Envelope e(1, 50);
     for (int i = 0; i <= 50; ++i) e.add(i, value);
-    expect_valid(energy_plot(e, {"t", "s", 1e-12}));
+    expect_valid(trace_plot({residual_panel(e, 1e-12)}, "t", "s"));
   }
-  expect_valid(energy_plot(Envelope(0, 0), {"", "", {}}));
+  expect_valid(trace_plot({residual_panel(Envelope(0, 0), std::nullopt)}, "", ""));
   Envelope one(0, 0);
   one.add(0, 0);
-  expect_valid(energy_plot(one, {"t", "s", 0.0}));
+  expect_valid(trace_plot({residual_panel(one, 0.0)}, "t", "s"));
 }
 
 /// A coordinate that a lock holds differs by its last bit: ticks that fine would not end.
