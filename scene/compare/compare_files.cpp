@@ -259,13 +259,9 @@ std::string comparison_table(const Scene& scene, const Comparison& c) {
 }
 
 void write_comparison(const std::string& folder, const Scene& scene, const Comparison& c) {
-  const std::filesystem::path out(folder);
-  make_folder(out);
-  const std::pair<std::filesystem::path, std::string> files[] = {
-      {out / "work_precision.svg", work_precision_plot(c, scene.target())},
-      {out / "compare.txt", comparison_table(scene, c)},
-      {out / "compare.json", comparison_json(scene, c)}};
-  write_together(files);
+  write_together(folder, {{"work_precision.svg", work_precision_plot(c, scene.target())},
+                          {"compare.txt", comparison_table(scene, c)},
+                          {"compare.json", comparison_json(scene, c)}});
 }
 
 }  // namespace porthos::scene

@@ -8,7 +8,7 @@
 
 #include "integrators/core/integrator.h"
 #include "phs/error.h"
-#include "scene/run/record_log.h"
+#include "scene/run/columns.h"
 
 namespace porthos::scene {
 namespace {
@@ -24,13 +24,6 @@ std::vector<std::string> names_of(const phs::Description& d) {
       names[size_t(b.at + i)] = one;
       if (b.momentum >= 0) names[size_t(b.momentum + i)] = fmt::format("p({})", one);
     }
-  return names;
-}
-
-std::vector<std::string> angles_of(const phs::Description& d) {
-  std::vector<std::string> names;
-  for (const auto& b : d.blocks)
-    if (b.kind == phs::BlockKind::angle) names.push_back(b.name);
   return names;
 }
 
@@ -62,7 +55,7 @@ StateColumns::StateColumns(std::span<const std::shared_ptr<const phs::Model>> mo
   for (const auto& model : models) {
     for (const auto& name : names_of(model->description()))
       if (number_at_.emplace(name, numbers_.size()).second) numbers_.push_back(name);
-    for (const auto& name : angles_of(model->description()))
+    for (const auto& name : turn_names(model->description()))
       if (angle_at_.emplace(name, angles_.size()).second) angles_.push_back(name);
   }
 }
@@ -72,7 +65,7 @@ void StateColumns::put(const phs::Description& d, const phs::State& s, std::span
   std::fill(x.begin(), x.end(), absent);
   std::fill(lo.begin(), lo.end(), absent);
   std::fill(turns.begin(), turns.end(), 0);
-  const auto names = names_of(d), angles = angles_of(d);
+  const auto names = names_of(d), angles = turn_names(d);
   for (size_t i = 0; i < names.size(); ++i) {
     const size_t at = place(number_at_, names[i]);
     x[at] = s.x[i];

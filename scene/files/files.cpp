@@ -88,9 +88,11 @@ void write_file(const fs::path& path, std::string_view content) {
   put_in_place(path);
 }
 
-void write_together(std::span<const std::pair<std::filesystem::path, std::string>> files) {
-  for (const auto& [path, text] : files) write_aside(path, text);
-  for (const auto& [path, text] : files) put_in_place(path);
+void write_together(const fs::path& folder,
+                    const std::vector<std::pair<std::string, std::string>>& files) {
+  make_folder(folder);
+  for (const auto& [name, text] : files) write_aside(folder / name, text);
+  for (const auto& [name, text] : files) put_in_place(folder / name);
 }
 
 }  // namespace porthos::scene

@@ -1,10 +1,10 @@
 #pragma once
 #include <cstdio>
 #include <filesystem>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 /// Files that survive a crash: they are written under a temporary name, flushed to the disk and
 /// renamed.
@@ -47,7 +47,9 @@ void write_file(const std::filesystem::path& path, std::string_view content);
 /// Renames aside(path) to path and atomically replaces the file of that name, if any.
 void put_in_place(const std::filesystem::path& path);
 
-/// Writes files that belong together: all aside, then all in place.
-void write_together(std::span<const std::pair<std::filesystem::path, std::string>> files);
+/// Writes files that belong together, name and content, into a folder, which it makes: all aside,
+/// then all in place.
+void write_together(const std::filesystem::path& folder,
+                    const std::vector<std::pair<std::string, std::string>>& files);
 
 }  // namespace porthos::scene

@@ -193,16 +193,12 @@ std::string identification_json(const Scene& scene, const Identification& r) {
 }
 
 void write_identification(const std::string& folder, const Scene& scene, const Identification& r) {
-  namespace fs = std::filesystem;
-  const fs::path out(folder);
-  make_folder(out);
-  const std::pair<fs::path, std::string> files[] = {
-      {out / "found.toml", fmt::format("# Found by porthos identify from {}.\n{}", r.log,
-                                       moved_to(out, scene, r.scene))},
-      {out / "identify.svg", residual_plot(r)},
-      {out / "identify.txt", identification_text(r)},
-      {out / "identify.json", identification_json(scene, r)}};
-  write_together(files);
+  make_folder(folder);  // before the path of the model from it is asked for
+  write_together(folder, {{"found.toml", fmt::format("# Found by porthos identify from {}.\n{}",
+                                                     r.log, moved_to(folder, scene, r.scene))},
+                          {"identify.svg", residual_plot(r)},
+                          {"identify.txt", identification_text(r)},
+                          {"identify.json", identification_json(scene, r)}});
 }
 
 }  // namespace porthos::scene

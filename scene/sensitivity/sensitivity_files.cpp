@@ -138,14 +138,10 @@ std::string sensitivity_csv(const EndSensitivity& s) {
 }
 
 void write_sensitivity(const std::string& folder, const Scene& scene, const EndSensitivity& s) {
-  const std::filesystem::path out(folder);
-  make_folder(out);
-  const std::pair<std::filesystem::path, std::string> files[] = {
-      {out / "sensitivity.svg", sensitivity_plot(s)},
-      {out / "sensitivity.txt", sensitivity_text(s)},
-      {out / "sensitivity.csv", sensitivity_csv(s)},
-      {out / "sensitivity.json", sensitivity_json(scene, s)}};
-  write_together(files);
+  write_together(folder, {{"sensitivity.svg", sensitivity_plot(s)},
+                          {"sensitivity.txt", sensitivity_text(s)},
+                          {"sensitivity.csv", sensitivity_csv(s)},
+                          {"sensitivity.json", sensitivity_json(scene, s)}});
 }
 
 }  // namespace porthos::scene

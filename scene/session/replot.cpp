@@ -98,20 +98,19 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
                                     const std::vector<Spring>& springs) {
   const RunReport r = report_of(summary);
   const auto records = open_run_file(folder / "run.h5");
-  const fs::path svg = folder / "energy_error.svg", ledger = folder / "ledger.svg";
-  write_aside(svg, trace_plot({residual_of(*records, r)}, r.title, plot_subtitle(r)));
-  write_aside(ledger, ledger_plot(ledger_of(*records, r), r.title, plot_subtitle(r)));
-  put_in_place(svg);
-  put_in_place(ledger);
-  std::vector<std::string> files{svg.string(), ledger.string()};
+  const auto draw = [&](const std::vector<TracePanel>& panels) {
+    return trace_plot(panels, r.title, plot_subtitle(r));
+  };
+  std::vector<std::pair<std::string, std::string>> pictures{
+      {"energy_error.svg", draw({residual_of(*records, r)})},
+      {"ledger.svg", ledger_plot(ledger_of(*records, r), r.title, plot_subtitle(r))}};
   if (const auto panels = mechanism ? panels_of(*records, *mechanism, springs, most_of_motion)
                                     : std::vector<TracePanel>();
-      !panels.empty()) {
-    const fs::path motion = folder / "motion.svg";
-    write_aside(motion, trace_plot(panels, r.title, plot_subtitle(r)));
-    put_in_place(motion);
-    files.push_back(motion.string());
-  }
+      !panels.empty())
+    pictures.emplace_back("motion.svg", draw(panels));
+  write_together(folder, pictures);
+  std::vector<std::string> files;
+  for (const auto& [name, svg] : pictures) files.push_back((folder / name).string());
   return files;
 }
 

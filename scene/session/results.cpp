@@ -27,7 +27,7 @@ std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& 
   each_record(log, layout, [&](std::span<const double> row) {
     envelope.add(row[layout.time()], row[layout.energy()] / r.energy.scale_J);
   });
-  return energy_plot(envelope, {scene.title, plot_subtitle(r), scene.verify.energy});
+  return trace_plot({residual_panel(envelope, scene.verify.energy)}, scene.title, plot_subtitle(r));
 }
 
 std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport& r,
