@@ -1,4 +1,4 @@
-#include "report/detail/ensemble_data.h"
+#include "report/detail/pages.h"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #include "phs/error.h"
-#include "report/detail/ensemble_data.h"
 #include "report/detail/page_parts.h"
+#include "report/detail/pages.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/read/scene_texts.h"

@@ -6,9 +6,7 @@
 
 #include "mechanics/reconfiguration.h"
 #include "phs/error.h"
-#include "report/detail/credibility.h"
-#include "report/detail/ensemble_data.h"
-#include "report/detail/identification_page.h"
+#include "report/detail/pages.h"
 #include "report/detail/playback.h"
 #include "report/detail/series.h"
 #include "report/report.h"

@@ -1,4 +1,4 @@
-#include "report/detail/identification_page.h"
+#include "report/detail/pages.h"
 
 #include "report/detail/page_parts.h"
 #include "scene/files/files.h"

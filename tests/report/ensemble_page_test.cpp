@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "phs/error.h"
-#include "report/detail/ensemble_data.h"
+#include "report/detail/pages.h"
 #include "report/report.h"
 #include "scene/ensemble/ensemble.h"
 #include "scene/files/hdf5_reader.h"

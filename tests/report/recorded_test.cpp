@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "report/detail/credibility.h"
+#include "report/detail/pages.h"
 #include "scene/files/digest.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/judge/judge_file.h"
