@@ -81,15 +81,20 @@ py::dict named(const std::vector<std::string>& names, const std::vector<double>&
 }
 
 RunGradient gradient_from(const phs::Model& model, const phs::State& start,
-                          const scene::Steps& steps, const std::string& method,
-                          const Request& request) {
+                          const std::function<scene::RunSteps(const std::atomic<bool>&)>& steps,
+                          const std::string& method, const Request& request) {
   RunGradient r;
   interruptibly([&](const std::atomic<bool>& stop) {
-    r = integrators::gradient_of_run(method, model, start, steps.size, steps.whole(),
+    const scene::RunSteps run = steps(stop);
+    r.outcome = run.taken.outcome;
+    r.remark = run.taken.remark;
+    if (r.outcome != integrators::Outcome::ok) return;
+    r = integrators::gradient_of_run(method, model, start, run.steps.size, run.count(),
                                      request.objective,
                                      {.memory = request.memory,
                                       .direction = request.direction,
-                                      .last = steps.last,
+                                      .last = run.last(),
+                                      .taken = run.taken.steps,
                                       .stop = &stop});
   });
   if (r.outcome != integrators::Outcome::ok)
@@ -110,7 +115,10 @@ RunGradient gradient(std::shared_ptr<const phs::Model> model, const py::object& 
                      const py::object& sampled, const py::object& running, size_t memory,
                      const py::object& direction, const py::object& end_curvature,
                      const py::object& sampled_curvature, const py::object& running_curvature) {
-  return gradient_from(*model, state_of(*model, x), {.size = step, .total = steps}, method,
+  const auto of_one_size = [&](const std::atomic<bool>&) {
+    return scene::RunSteps{.steps = {.size = step, .total = steps}};
+  };
+  return gradient_from(*model, state_of(*model, x), of_one_size, method,
                        {end, sampled, running, memory, direction, size_t(model->description().nx),
                         end_curvature, sampled_curvature, running_curvature});
 }
@@ -120,7 +128,11 @@ RunGradient gradient_of_scene(const scene::Scene& s, const scene::Assembly& a,
                               const py::object& running, size_t memory, const py::object& direction,
                               const py::object& end_curvature, const py::object& sampled_curvature,
                               const py::object& running_curvature) {
-  return gradient_from(*a.model, a.initial, scene::differentiable_steps(s, a), s.method,
+  const scene::Steps steps = scene::differentiable_steps(s, a);
+  const auto of_run = [&](const std::atomic<bool>& stop) {
+    return scene::run_steps(s, a, steps, &stop);
+  };
+  return gradient_from(*a.model, a.initial, of_run, s.method,
                        {end, sampled, running, memory, direction, a.initial.x.size(), end_curvature,
                         sampled_curvature, running_curvature});
 }

@@ -17,6 +17,8 @@ class Controlled : public Integrator {
   bool integrates_power() const override { return inner_->integrates_power(); }
   bool sees_inside() const override { return inner_->sees_inside(); }
   bool varies() const override { return true; }
+  /// The size of the last step [s]: of `reversible` that which the method took.
+  double taken() const { return taken_; }
 
   /// A step of the control's choice. If it would pass an instant, it is repeated up to that
   /// instant.
@@ -84,6 +86,7 @@ class Controlled : public Integrator {
   bool port_work_aside() const { return port_work_.any() && !integrates_power(); }
   State last_;  ///< only x and lo are compared
   bool have_last_ = false;
+  double taken_ = 0;
 
  private:
   static std::shared_ptr<const phs::TimeScaleModel> by_rates(const phs::Model& model, double h,

@@ -65,8 +65,9 @@ class TimeTransformed final : public Controlled {
     }
     if (manifold_) keep_rates(s);
     const size_t t = transformed_.time_at();
+    taken_ = (ext_.x[t] - began_) + ext_.lo[t];
     if (autonomous_)
-      s.step_off_the_grid(h_, ext_.x[t] + ext_.lo[t]);  // t began at 0
+      s.step_off_the_grid(h_, taken_);  // t began at 0
     else {
       s.origin = ext_.x[t];
       s.origin_lo = ext_.lo[t];
@@ -89,6 +90,7 @@ class TimeTransformed final : public Controlled {
     const Outcome o = plain_->advance(t, h, s);
     if (o != Outcome::ok) return o;
     by_ = plain_.get();
+    taken_ = h;
     last_was_plain_ = true;
     if (ours && lossless_)
       leave(s);
@@ -266,6 +268,7 @@ class Reversible final : public Controlled {
     if (o != Outcome::ok) return o;
     if (port_work_aside()) port_work_.after(*system_, t, h, s.x, s.lo);
     by_ = inner_.get();
+    taken_ = h;
     evaluate(t + h, s);
     rho_ = half + 0.5 * eps * G_;
     return o;

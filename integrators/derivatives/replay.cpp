@@ -20,8 +20,10 @@ Replay::Replay(const std::string& method, const phs::Model& model, double h,
 
 bool Replay::take(const phs::State& start, std::int64_t steps, size_t returns) {
   const Checkpoint here{start, method_.memory(), tangent_};
+  first_ = start.step;
   whole_until_ = start.step + steps;
-  length_ = double(steps) * method_.step_size() + options_.last;
+  length_ = options_.taken.empty() ? double(steps) * method_.step_size() + options_.last
+                                   : start.until(options_.taken.back().origin, method_.step_size());
   if (options_.last != 0) ++steps;
   plan(steps, here);
   work_ = double(forward_steps(steps, levels_) + steps * std::int64_t(returns));
@@ -96,12 +98,22 @@ bool Replay::steps_forwards(std::int64_t steps, bool keep) {
   for (std::int64_t i = 0; i < steps; ++i) {
     if (!went_on()) return false;
     const double t = method_.time(state_);
-    const Outcome o = pieces_.step(state_, state_.step == whole_until_ ? options_.last : 0);
+    const Outcome o = step_forwards();
     if (o != Outcome::ok) return give_up(o, "the step at t = " + number(t) + " s: " + to_string(o));
     if (along_ && !tangent_forwards()) return false;
     if (keep) keep_step();
   }
   return true;
+}
+Outcome Replay::step_forwards() {
+  if (options_.taken.empty())
+    return pieces_.step(state_, state_.step == whole_until_ ? options_.last : 0);
+  const TakenStep& taken = options_.taken[size_t(state_.step - first_)];
+  const Outcome o = pieces_.step(state_, taken.size);
+  if (o != Outcome::ok) return o;
+  state_.origin = taken.origin;
+  state_.origin_lo = taken.origin_lo;
+  return o;
 }
 bool Replay::tangent_forwards() {
   const size_t stages = tangent_stages_.size() / pieces_.count();

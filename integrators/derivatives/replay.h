@@ -61,6 +61,7 @@ class Replay {
   bool reverse(const Checkpoint& from, std::int64_t steps, int level);
   bool forwards(const Checkpoint& from, std::int64_t steps, bool keep);
   bool steps_forwards(std::int64_t steps, bool keep);
+  Outcome step_forwards();
   bool tangent_forwards();
   void restore(const Checkpoint& from);
   void keep_step();
@@ -75,7 +76,7 @@ class Replay {
   std::vector<double> tangent_stages_;
   size_t n_;
 
-  std::int64_t segment_ = 0, fan_ = 0, done_ = 0, whole_until_ = 0;
+  std::int64_t segment_ = 0, fan_ = 0, done_ = 0, first_ = 0, whole_until_ = 0;
   double work_ = 1, length_ = 0;
   int levels_ = 0;
   phs::State state_;

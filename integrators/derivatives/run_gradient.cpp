@@ -209,6 +209,10 @@ std::vector<RunGradient> gradients_of_run(const std::string& method, const phs::
   if (steps < 0)
     throw InvalidArgument("steps is " + std::to_string(steps) + ", expected steps >= 0");
   require_size("x", start.x.size(), size_t(model.description().nx));
+  if (!options.taken.empty() && (std::int64_t(options.taken.size()) != steps || options.last != 0))
+    throw InvalidArgument("steps is " + std::to_string(steps) + " with " +
+                          std::to_string(options.taken.size()) +
+                          " taken steps, expected their number, and no last step besides");
   return Backwards(method, model, h, objectives, options).of(start, steps);
 }
 

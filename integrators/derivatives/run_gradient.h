@@ -24,6 +24,12 @@ struct Objective {
   Curvature end_curvature = {}, sampled_curvature = {}, running_curvature = {};
 };
 
+/// A step that a run took.
+struct TakenStep {
+  double size;               ///< [s]
+  double origin, origin_lo;  ///< the clock after it (phs::State)
+};
+
 /// How a gradient is computed.
 struct GradientOptions {
   /// Bytes for the stages and checkpoints of a run. If all stages fit, the run is taken once; else
@@ -32,6 +38,9 @@ struct GradientOptions {
   /// δx_0, size nx: products with the Hessian too, tangent over adjoint. Empty: none.
   std::vector<double> direction = {};
   double last = 0;  ///< a last step of another size after the others [s]; 0: none
+  /// The steps of a run under a step control (taken_steps()), instead of steps h; empty: none.
+  /// Their sizes are constants of the gradient, which is exact for this sequence of steps.
+  std::span<const TakenStep> taken = {};
   const std::atomic<bool>* stop = nullptr;         ///< true: give up; the outcome is then `failed`
   std::function<void(double done)> progress = {};  ///< the share of the work done, 0 to 1
 };
@@ -62,8 +71,9 @@ struct RunGradient {
 /// model, by the discrete adjoint: exact to rounding for the numbers that the run computes. Its
 /// cost does not depend on the number of parameters. Low words, wrapping and turns have derivative
 /// one. The state is unchanged.
-/// @throws InvalidArgument as StepPieces; for a model with constraints or sampled controllers;
-///   with a direction as make_second_adjoint()
+/// @throws InvalidArgument as StepPieces; for another number of `steps` than of
+///   GradientOptions::taken, and for a `last` step besides these; for a model with constraints or
+///   sampled controllers; with a direction as make_second_adjoint()
 RunGradient gradient_of_run(const std::string& method, const phs::Model& model,
                             const phs::State& start, double h, std::int64_t steps,
                             const Objective& objective, const GradientOptions& options = {});

@@ -149,7 +149,8 @@ class Scene:
                  running_curvature: Curvature = None) -> _core.Gradient:
         """The gradient of the scene's run from its start, see gradient(); of the model's state, where the centre of mass may be taken out.
 
-        Raises InvalidArgument for events, an orbit, a step control, and all that gradient() refuses.
+        With a step control the steps are those of the run; their own change is not in the derivative, of the order of the
+        method's error. Raises InvalidArgument for events, an orbit, and all that gradient() refuses.
         """
         return _core.gradient_of_scene(self.data, self.assembly, end, sampled, running, memory, direction, end_curvature,
                                        sampled_curvature, running_curvature)
@@ -166,8 +167,8 @@ class Scene:
         and come with their errors: of any scene, with events, sampled controllers, actuators, stops, an orbit. All outputs, over
         the run as "tip.x.least" and ".largest" too, are then quantities.
 
-        Raises InvalidArgument for an unknown name and, without by, for all that gradient() refuses, and RuntimeError where a
-        step or its adjoint fails.
+        With a step control the steps are those of the run, as in gradient(). Raises InvalidArgument for an unknown name and,
+        without by, for all that gradient() refuses, and RuntimeError where a step or its adjoint fails.
         """
         of, by = ([names] if isinstance(names, str) else list(names) for names in (of, by))
         return Sensitivity(uncertainty, **_core.sensitivity_of_scene(self.data, of, by, uncertainty, threads))

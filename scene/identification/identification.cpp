@@ -154,6 +154,10 @@ double step_error(Scene scene, const Unknowns& unknowns, const Log& log, const F
 /// Refuses a scene whose run has no tangents, before anything else.
 Assembly assemble_with_tangents(Scene scene) {
   (void)integrators::gauss_stages(scene.method);
+  if (scene.step_control != integrators::StepControl::fixed)
+    throw InvalidArgument(
+        fmt::format("{}a fit takes steps of one size, and the scene has step_control = \"{}\"",
+                    in_file(scene.path), integrators::to_string(scene.step_control)));
   Assembly a = assemble(scene);
   scene.duration = scene.step;  // that of the log is a whole number of them
   (void)differentiable_steps(scene, a, "");

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "integrators/derivatives/step_pieces.h"
 #include "phs/system/linearised.h"
 #include "scene/assemble/contacts.h"
@@ -35,9 +38,6 @@ Steps differentiable_steps(const Scene& s, const Assembly& a, const std::string&
   using integrators::OnViolation;
   if (s.monitor && (s.monitor->project || s.monitor->action == OnViolation::repeat))
     refuse("no [monitor] that repeats or projects steps");
-  if (s.step_control != integrators::StepControl::fixed)
-    refuse(fmt::format("steps of one size, and the scene has step_control = \"{}\"",
-                       integrators::to_string(s.step_control)));
   try {
     (void)integrators::StepPieces(s.method, *a.model, s.step);  // refuses other methods
     (void)phs::linearise<double>(*a.model);                     // and systems without slopes
@@ -45,6 +45,36 @@ Steps differentiable_steps(const Scene& s, const Assembly& a, const std::string&
     throw InvalidArgument(e.what() + instead);
   }
   return steps_of(s);
+}
+
+RunSteps run_steps(const Scene& s, const Assembly& a, const Steps& steps,
+                   const std::atomic<bool>* stop) {
+  RunSteps r{.steps = steps, .controlled = s.step_control != integrators::StepControl::fixed};
+  if (r.controlled)
+    r.taken = integrators::taken_steps(
+        *a.model, [&] { return make_integrator(s, *a.model, s.step); }, a.initial, s.duration,
+        stop);
+  return r;
+}
+
+std::vector<std::string> notes_on_control(const Scene& s, const RunSteps& run,
+                                          const phs::Description& d, const phs::State& end) {
+  if (!run.controlled) return {};
+  std::vector<std::string> notes{
+      "the steps are those of the run; their own change is not in the derivative, of the order of "
+      "the method's error"};
+  if (s.step_control == integrators::StepControl::reversible) return notes;
+  const auto here = phs::with_turns(d, end), there = phs::with_turns(d, run.taken.end);
+  double apart = 0, size = 0;
+  for (size_t k = 0; k < here.size(); ++k) {
+    apart = std::max(apart, std::fabs(here[k] - there[k]));
+    size = std::max(size, std::fabs(there[k]));
+  }
+  notes.push_back(fmt::format(
+      "{} takes these steps in another time: the slopes are of {} at the same steps, whose end is "
+      "off the run's by {:.0e} of its largest number",
+      integrators::to_string(s.step_control), s.method, size > 0 ? apart / size : 0));
+  return notes;
 }
 
 }  // namespace porthos::scene

@@ -115,24 +115,30 @@ EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& req
   const auto parameters = phs::linearise<double>(*a.model)->parameters();
   const Inputs inputs(a, parameters);
 
+  EndSensitivity r;
+  r.title = scene.title;
+  r.method = scene.method;
+  r.inputs = inputs.list();
+  r.uncertainty = request.uncertainty;
+  const RunSteps run = run_steps(scene, a, steps, request.stop);
+  r.step = steps.size;
+  r.last = run.last();
+  r.chosen = run.controlled ? run.count() : 0;
+  r.duration = steps.duration;
+  r.failure = run.taken.remark;
+  if (!r.failure.empty()) return r;
+
   Ends ends(quantities, a.model->description(), names, parameters);
   std::vector<Objective> objectives;
   for (size_t i = 0; i < names.size(); ++i) objectives.push_back(ends.of(i));
   const auto gradients = integrators::gradients_of_run(scene.method, *a.model, a.initial,
-                                                       steps.size, steps.whole(), objectives,
+                                                       run.steps.size, run.count(), objectives,
                                                        {.memory = request.memory,
-                                                        .last = steps.last,
+                                                        .last = run.last(),
+                                                        .taken = run.taken.steps,
                                                         .stop = request.stop,
                                                         .progress = request.progress});
 
-  EndSensitivity r;
-  r.title = scene.title;
-  r.method = scene.method;
-  r.step = steps.size;
-  r.last = steps.last;
-  r.duration = steps.duration;
-  r.inputs = inputs.list();
-  r.uncertainty = request.uncertainty;
   if (parameters.empty()) r.notes.push_back(no_parameters_note(scene));
   if (request.of.empty())
     for (const auto& note : quantities.left_out()) r.notes.push_back(note);
@@ -146,6 +152,8 @@ EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& req
     r.of.push_back({at_end.name, at_end.unit, at_end.value, inputs.slopes(g.start, theta), g.growth,
                     at_end.error});
   }
+  for (auto& note : notes_on_control(scene, run, a.model->description(), gradients.front().end))
+    r.notes.push_back(std::move(note));
   return r;
 }
 

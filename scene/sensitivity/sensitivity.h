@@ -40,6 +40,7 @@ struct EndSlopes {
 struct EndSensitivity {
   std::string title, method;
   double step = 0, last = 0, duration = 0;  ///< [s]; last: of a shorter last step, or 0
+  std::int64_t chosen = 0;  ///< steps that a step control chose; 0: they are of one size
   std::vector<Input> inputs;
   std::vector<EndSlopes> of;
   std::optional<double> uncertainty;

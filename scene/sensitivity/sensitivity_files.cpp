@@ -81,8 +81,10 @@ std::string number_cell(double x) { return std::isfinite(x) ? fmt::format("{}", 
 std::string sensitivity_text(const EndSensitivity& s, size_t most) {
   const std::string how =
       s.runs > 0 ? fmt::format("slopes by differences of {} runs", s.runs)
-                 : fmt::format("{:.0f} steps of {:g} s{}", (s.duration - s.last) / s.step, s.step,
-                               s.last > 0 ? fmt::format(" and one of {:g} s", s.last) : "");
+      : s.chosen > 0
+          ? fmt::format("{} steps of the step control", s.chosen)
+          : fmt::format("{:.0f} steps of {:g} s{}", (s.duration - s.last) / s.step, s.step,
+                        s.last > 0 ? fmt::format(" and one of {:g} s", s.last) : "");
   std::string text =
       fmt::format("{}: {}, {}, {:g} s simulated\n\n", s.title, s.method, how, s.duration);
   for (const EndSlopes& q : s.of) text += quantity_text(s, q, most);
@@ -98,6 +100,7 @@ std::string sensitivity_json(const Scene& scene, const EndSensitivity& s) {
   Json j{{"title", s.title}, {"method", s.method}, {"step_s", s.step}, {"duration_s", s.duration}};
   j["by"] = s.runs > 0 ? "differences" : "adjoint";
   if (s.runs > 0) j["runs"] = s.runs;
+  if (s.chosen > 0) j["steps_of_the_control"] = s.chosen;
   if (s.uncertainty) j["uncertainty"] = *s.uncertainty;
   j["inputs"] = Json::array();
   for (const Input& in : s.inputs)

@@ -378,6 +378,11 @@ TEST_F(IdentificationOfScenes, Refusals) {
   EXPECT_EQ(refused(other_method, rates, {"coil.stiffness"}),
             "derivatives of a run are there for Gauss collocation (gauss2 to gauss16, midpoint), "
             "not for 'rk4'");
+  Scene controlled = s;
+  controlled.step_control = integrators::StepControl::reversible;
+  EXPECT_EQ(refused(controlled, rates, {"coil.stiffness"}),
+            "scene.toml: a fit takes steps of one size, and the scene has step_control = "
+            "\"reversible\"");
   EXPECT_EQ(refused(read(swing(6, 0.4, 0.05) +
                          "[[event]]\ntype = \"lock\"\nat = 0.5\njoint = \"hinge\"\n"),
                     rates, {"coil.stiffness"}),

@@ -436,10 +436,6 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
   other.method = "rk4";
   EXPECT_NE(refused(other).find("not for 'rk4'"), std::string::npos);
   const auto takes = [](const std::string& what) { return "scene.toml: a gradient takes " + what; };
-  other = s;
-  other.step_control = integrators::StepControl::reversible;
-  EXPECT_EQ(refused(other),
-            takes("steps of one size, and the scene has step_control = \"reversible\""));
   const auto with = [&](const std::string& more) { return read(s.text + more); };
   EXPECT_EQ(refused(with("[[stop]]\noutput = \"tip.z\"\nabove = 3\n")),
             takes("no [[stop]], which ends a run where its state says"));
