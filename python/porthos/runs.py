@@ -183,8 +183,9 @@ class Scene:
         sigma: the standard deviation of the noise, of all columns or by name; without it the residual tells it. out: a folder
         for found.toml, the scene with the values found, identify.json and report.html. docs/identification.md.
 
-        Raises InvalidArgument for unknown names, a log that does not fit, and all that gradient() refuses, and RuntimeError
-        where the run from the scene's values fails.
+        Bodies begin where their momenta put them, if the log has all rates and that run is nearer to it than the scene's.
+        Raises InvalidArgument for unknown names, a log that does not fit, a step control, and all that gradient() refuses, and
+        RuntimeError where the run from the scene's values fails.
         """
         names = [parameters] if isinstance(parameters, str) else list(parameters)
         columns = {k: list(map(float, v)) for k, v in log.items()} if isinstance(log, Mapping) else str(log)

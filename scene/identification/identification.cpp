@@ -9,6 +9,7 @@
 #include "phs/system/linearised.h"
 #include "scene/assemble/model_notes.h"
 #include "scene/identification/detail/least_squares.h"
+#include "scene/identification/detail/momentum_regression.h"
 #include "scene/identification/detail/output_error.h"
 #include "scene/judge/trajectory_table.h"
 #include "scene/sensitivity/differentiable.h"
@@ -168,13 +169,14 @@ Assembly assemble_with_tangents(Scene scene) {
 /// The log is fitted from its beginning, over lengths that double: far from the values found, the
 /// end of a long run is in another turn of the motion than the log, and least squares would stop at
 /// the nearest one.
-Fit fit_by_lengths(OutputError& error, const Unknowns& unknowns, const Log& log,
+/// @param near  the start is near the values found: the whole log at once
+Fit fit_by_lengths(OutputError& error, std::vector<double> start, bool near, const Log& log,
                    const IdentificationRequest& request) {
   constexpr double loosely = 0.1;
   const size_t rows = log.times.size();
-  size_t length = std::min(rows, 1 + 4 * unknowns.size() / log.columns.size());
+  size_t length = near ? rows : std::min(rows, 1 + 4 * start.size() / log.columns.size());
   Fit all;
-  all.z = unknowns.start();
+  all.z = std::move(start);
   for (bool last = false; !last; length = std::min(rows, 2 * length)) {
     last = length == rows;
     error.use_rows(length);
@@ -198,6 +200,22 @@ Fit fit_by_lengths(OutputError& error, const Unknowns& unknowns, const Log& log,
   return all;
 }
 
+/// Where the fit begins, and whether that is near to where it ends: the bodies by their momenta,
+/// where their run is nearer to the log than that of the scene.
+std::pair<std::vector<double>, bool> start_of_fit(Identification& r, const Scene& scene,
+                                                  const Assembly& assembly,
+                                                  const Unknowns& unknowns, const Log& log,
+                                                  OutputError& error,
+                                                  const Eigen::VectorXd& before) {
+  constexpr double near = 1e-2;  // of the squared distance
+  const auto z = bodies_by_momenta(scene, assembly, unknowns, log);
+  Eigen::VectorXd after;
+  r.by_momenta =
+      !z.empty() && error.at(z, after, nullptr) && !(after.squaredNorm() >= before.squaredNorm());
+  if (!r.by_momenta) return {unknowns.start(), false};
+  return {z, after.squaredNorm() < near * before.squaredNorm()};
+}
+
 Identification identify(Scene scene, const Assembly& assembly, const Log& log,
                         const IdentificationRequest& request) {
   scene.duration = scene.step * std::max(1.0, std::ceil(log.times.back() / scene.step - 1e-9));
@@ -215,7 +233,8 @@ Identification identify(Scene scene, const Assembly& assembly, const Log& log,
   r.times = log.times;
   Eigen::VectorXd before;
   if (!error.at(unknowns.start(), before, nullptr)) before.setConstant(error.size(), NAN);
-  const Fit fit = fit_by_lengths(error, unknowns, log, request);
+  const auto [start, near] = start_of_fit(r, scene, assembly, unknowns, log, error, before);
+  const Fit fit = fit_by_lengths(error, start, near, log, request);
   r.iterations = fit.iterations;
   r.runs = error.runs();
   r.runs_with_tangents = error.runs_with_tangents();

@@ -67,6 +67,8 @@ struct Identification {
   /// How far half the step would move the values found, in 1σ, along the combination where it is
   /// most; NaN if that run fails.
   double step_error = 0;
+  /// The fit began with bodies by least squares of their momenta (docs/identification.md).
+  bool by_momenta = false;
   int iterations = 0, runs = 0, runs_with_tangents = 0, refused = 0;
   std::vector<std::vector<double>> iterates;  ///< values of every accepted step, the start first
   /// Whether the fit came to its end, nearer to the log than the start; a note says why not.
@@ -82,8 +84,8 @@ struct Identification {
 };
 
 /// Fits parameters so that the run of a scene has what a log says at its times, in least squares
-/// over the whole run (output error). The start is the scene's, and the run lasts as long as the
-/// log. Each iteration costs a run and a run with a tangent for each parameter.
+/// over the whole run (output error). The start is the scene's, or, where the log has all rates and
+/// that run is nearer to it, what the momenta tell of the bodies. The run lasts as long as the log. Each iteration costs a run and a run with a tangent for each parameter.
 /// @param log  path of the file, as read_log()
 /// @throws InvalidArgument as differentiable_steps(), phs::linearise(), Unknowns, read_log(); for
 ///   [[actuator]]s, and for a log with fewer numbers than parameters

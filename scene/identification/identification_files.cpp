@@ -142,6 +142,9 @@ std::string identification_text(const Identification& r) {
   text += fmt::format("step        half of it moves the values by {:.2g} sigma at most\n",
                       r.step_error);
   text += untold_text(r);
+  if (r.by_momenta)
+    text +=
+        "start       bodies by least squares of their momenta: nearer to the log than the scene\n";
   text += fmt::format("cost        {} iterations, {} runs, {} of them with {} tangents{}\n",
                       r.iterations, r.runs, r.runs_with_tangents, r.found.size(),
                       r.refused > 0 ? fmt::format("; {} steps refused", r.refused) : "");
@@ -183,6 +186,7 @@ std::string identification_json(const Scene& scene, const Identification& r) {
   j["noise_known"] = r.noise_known();
   j["surprise"] = r.surprise();
   j["step_error"] = r.step_error;
+  j["start"] = r.by_momenta ? "momenta" : "scene";
   j["cost"] = {{"iterations", r.iterations},
                {"runs", r.runs},
                {"runs_with_tangents", r.runs_with_tangents},

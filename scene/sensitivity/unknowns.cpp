@@ -300,17 +300,19 @@ Scene Unknowns::with_keys(std::span<const Replacement> replaced) const {
 
 Scene Unknowns::at(std::span<const double> z) const {
   Scene s = with_keys(replacements(z));
-  for (const Body& b : bodies_) {
-    const MassProperties m = mass_at(b, z);
-    const auto own = std::ranges::find(s.bodies, b.name, &FreeBody::name);
-    if (own != s.bodies.end()) {
-      own->mass = m;
-      continue;
-    }
-    s.urdf.link_inertia[b.name] = m;
-    s.urdf.replaced_inertia.insert(b.name);
-    s.mass_factor.erase(b.name);  // which is in its numbers
+  for (size_t b = 0; b < bodies_.size(); ++b) s = with_mass(std::move(s), b, mass(b, z));
+  return s;
+}
+
+Scene Unknowns::with_mass(Scene s, size_t body, const MassProperties& mass) const {
+  const std::string& name = bodies_[body].name;
+  if (const auto own = std::ranges::find(s.bodies, name, &FreeBody::name); own != s.bodies.end()) {
+    own->mass = mass;
+    return s;
   }
+  s.urdf.link_inertia[name] = mass;
+  s.urdf.replaced_inertia.insert(name);
+  s.mass_factor.erase(name);  // which is in its numbers
   return s;
 }
 

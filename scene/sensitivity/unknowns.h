@@ -66,6 +66,14 @@ class Unknowns {
   Scene at(std::span<const double> z) const;
   /// The text of that scene.
   std::string text(std::span<const double> z) const;
+  /// Bodies with numbers in the list.
+  size_t bodies() const { return bodies_.size(); }
+  /// One of them at z, along its axes.
+  mechanics::MassProperties mass(size_t body, std::span<const double> z) const {
+    return mass_at(bodies_[body], z);
+  }
+  /// A scene with another mass of it.
+  Scene with_mass(Scene scene, size_t body, const mechanics::MassProperties& mass) const;
 
  private:
   /// All ten numbers of a body, or some of them.
