@@ -120,6 +120,7 @@ class Gathered {
     attempt("series", [&] { phase["series"] = Thinned(r, most_buckets).json(); });
     if (stage_.mechanism) {
       stage_.records = &r;
+      stage_.recorded = summary_.is_object() && summary_.value("method", "") == "recorded";
       attempt("no motion", [&] { phase["motion"] = motion(stage_, most_frames / phase_count_); });
       attempt("no playback",
               [&] { phase["playback"] = playback(stage_, most_frames / phase_count_); });

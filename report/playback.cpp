@@ -8,6 +8,7 @@
 #include "mechanics/momentum.h"
 #include "report/detail/shapes.h"
 #include "scene/run/columns.h"
+#include "scene/run/row_times.h"
 #include "scene/session/moved.h"
 
 namespace porthos::report {
@@ -151,12 +152,18 @@ Json motion(const Stage& stage, std::int64_t most) {
   Json panels = Json::array();
   for (const auto& p : scene::panels_of(r, *stage.mechanism, stage.springs, most, stage.run)) {
     Json lines = Json::array();
-    for (const auto& l : p.lines)
+    for (const auto& l : p.lines) {
       lines.push_back(
           {{"name", l.name}, {"v", base64(std::vector<float>(l.value.begin(), l.value.end()))}});
+      if (scene::is_held(l.value)) lines.back()["held"] = true;
+    }
     panels.push_back({{"what", p.what}, {"lines", lines}});
   }
-  return {{"t", base64(r.at("time", evenly(r.count(), most)))}, {"panels", panels}};
+  std::vector<double> holes;
+  if (stage.recorded) holes = scene::before_holes(r.column("time"));
+  return {{"t", base64(r.at("time", evenly(r.count(), most)))},
+          {"holes", base64(holes)},
+          {"panels", panels}};
 }
 
 Json playback(const Stage& stage, std::int64_t most) {

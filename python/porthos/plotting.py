@@ -93,9 +93,22 @@ def _before_holes(r: Result) -> np.ndarray:
     return r.time[:-1][(np.mean(np.abs(steps - step) < 1e-6 * step) >= 0.5) & (steps > 1.5 * step)]
 
 
+def _is_held(y: np.ndarray) -> bool:
+    """As is_held() of the SVG files: the series changes twice or more, and nine of ten changes stand between equal values."""
+    if not np.isfinite(y).any():
+        return False
+    with np.errstate(invalid="ignore"):
+        steps = np.abs(np.diff(y))
+        same = steps <= 1e-9 * np.ptp(y[np.isfinite(y)])
+    changes = np.isfinite(steps) & ~same
+    beside = np.concatenate([[True], same, [True]])
+    alone = changes & beside[:-2] & beside[2:]
+    return bool(changes.sum() > 1 and 10 * alone.sum() >= 9 * changes.sum())
+
+
 def _lines(ax: "Axes", r: Result, t: np.ndarray, lines: dict[str, np.ndarray], angles: bool = False) -> None:
     """Of many lines those that are 0 all the time are counted. Angles [rad] that never leave [-π, π] have gaps where they jump, all lines
-    where rows of a judged file are missing."""
+    where rows of a judged file are missing. What a sampled controller holds is drawn as stairs."""
     holes = np.searchsorted(t, _before_holes(r), side="right")
     shown = {n: y for n, y in lines.items() if np.any(y)}
     if len(lines) <= 4 or len(lines) - len(shown) < 2:
@@ -105,7 +118,8 @@ def _lines(ax: "Axes", r: Result, t: np.ndarray, lines: dict[str, np.ndarray], a
         wraps = angles and not np.any(np.abs(y) > np.pi + 1e-9)
         jumps = np.flatnonzero(np.abs(np.diff(y)) > np.pi) + 1 if wraps else []
         at = np.union1d(holes, jumps).astype(int)  # gaps
-        ax.plot(np.insert(t, at, np.nan), np.insert(y, at, np.nan), color=LINES[k % 8], linestyle=DASHES[(k + k // 8) % 8], linewidth=1.2, label=name)
+        style = {"color": LINES[k % 8], "linestyle": DASHES[(k + k // 8) % 8], "drawstyle": "steps-post" if _is_held(y) else "default"}
+        ax.plot(np.insert(t, at, np.nan), np.insert(y, at, np.nan), **style, linewidth=1.2, label=name)
     if idle := len(lines) - len(shown):
         ax.plot([], [], color=SOFT, linewidth=0.6, label=f"{idle} {'others' if shown else 'lines'}: 0")
 

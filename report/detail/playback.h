@@ -23,6 +23,7 @@ struct Stage {
   std::vector<scene::Spring> springs;                         ///< of actuators
   mechanics::Vec3d gravity{0, 0, 0};  ///< of the scene, whether or not the mechanism feels it
   scene::WholeRun run;                ///< for the motion of each phase
+  bool recorded = false;              ///< of a judged file, which may lack rows
   const Records* records = nullptr;
   MeshShelf* meshes = nullptr;
 };
@@ -37,7 +38,7 @@ void add_poses(std::span<const mechanics::Transform<double>> pose, const mechani
                std::vector<float>& to);
 
 /// The panels of scene::motion_panels at no more than `most` records, equally far apart:
-/// {t, panels: [{what, lines: [{name, v}]}]}.
+/// {t, holes, panels: [{what, lines: [{name, v, held?}]}]}, holes [s]: as those of a panel.
 Json motion(const Stage& stage, std::int64_t most);
 
 /// Poses of the moving bodies at no more than `most` records, equally far apart: whole run, and

@@ -12,18 +12,6 @@
 namespace porthos::scene {
 namespace {
 
-/// The time between rows; if unequal, that in the middle.
-double middle_step(const Numbers& t) {
-  Numbers steps;
-  for (size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
-  const double mean = (t.back() - t[0]) / double(steps.size());
-  if (std::all_of(steps.begin(), steps.end(),
-                  [&](double h) { return std::fabs(h - mean) < 1e-6 * mean; }))
-    return mean;
-  std::nth_element(steps.begin(), steps.begin() + long(steps.size() / 2), steps.end());
-  return steps[steps.size() / 2];
-}
-
 /// The longest piece [from, to] of the rows without a hole of more than these intervals.
 std::pair<size_t, size_t> longest_piece(const Rows& rows, double most) {
   std::pair<size_t, size_t> best{0, 0};
@@ -64,24 +52,6 @@ void note_holes(RunReport& r, const Rows& rows) {
 
 }  // namespace
 
-Rows::Rows(const Numbers& times) : t(times), step(middle_step(times)) {
-  for (size_t i = 1; i < t.size(); ++i) others += !(std::fabs(interval(i) - step) < 1e-6 * step);
-  equal = others == 0;
-  mostly_equal = 2 * others <= t.size();
-}
-
-bool Rows::resolve(size_t i) const {
-  if (i < 2 || i + 1 >= t.size()) return false;
-  return !is_hole(i - 1) && !is_hole(i) && !is_hole(i + 1);
-}
-
-std::vector<size_t> Rows::holes() const {
-  std::vector<size_t> all;
-  for (size_t i = 1; i < t.size(); ++i)
-    if (is_hole(i)) all.push_back(i);
-  return all;
-}
-
 void tell_of_rows(RunReport& r, const Rows& rows, const Numbers& errors) {
   if (rows.equal) return;
   note_holes(r, rows);
@@ -92,9 +62,8 @@ void tell_of_rows(RunReport& r, const Rows& rows, const Numbers& errors) {
   const double whole = rows.t.back() - rows.t[0], piece = rows.t[to] - rows.t[from];
   if (rows.mostly_equal && piece > fewest * whole)
     for (const double error : at_equal_intervals(rows, errors, from, to)) s.add(error);
-  e.growth_exponent = s.growth_exponent();
-  e.drift_is_significant = s.drift_is_significant();
-  e.swing_growth = s.swing_growth();
+  set_growth(e, s, rows.step, e.scale_J);
+  e.jump_s += rows.t[from] - rows.t[0];
   double shortest = rows.interval(1), longest = shortest;
   for (size_t i = 2; i < rows.t.size(); ++i) {
     shortest = std::min(shortest, rows.interval(i));

@@ -60,6 +60,24 @@ void put_on_top(Drawn& d, std::vector<double>& top) {
 
 }  // namespace
 
+bool is_held(const std::vector<double>& v) {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const double x : v)
+    if (std::isfinite(x)) {
+      low = std::min(low, x);
+      high = std::max(high, x);
+    }
+  // A torque is a difference of two forces: it has their rounding.
+  const auto same = [&](size_t i) { return std::fabs(v[i] - v[i - 1]) <= 1e-9 * (high - low); };
+  size_t changes = 0, alone = 0;
+  for (size_t i = 1; i < v.size(); ++i) {
+    if (!std::isfinite(v[i]) || !std::isfinite(v[i - 1]) || same(i)) continue;
+    ++changes;
+    alone += (i == 1 || same(i - 1)) && (i + 1 == v.size() || same(i + 1));
+  }
+  return changes > 1 && 10 * alone >= 9 * changes;
+}
+
 std::vector<Drawn> drawn_of(const TracePanel& p, const Look& look) {
   std::vector<Drawn> all;
   const auto idles = size_t(std::ranges::count_if(p.lines, is_idle));
@@ -71,6 +89,7 @@ std::vector<Drawn> drawn_of(const TracePanel& p, const Look& look) {
     Drawn d{&l, l.name, "", "", look.stroke};
     give_style(d, next);
     d.wraps = p.what.ends_with("[rad]") && in_half_turns(l);
+    d.held = l.stroke == Stroke::line && is_held(l.value);
     next += l.stroke == Stroke::line;
     if (p.stacked) put_on_top(d, top);
     all.push_back(std::move(d));

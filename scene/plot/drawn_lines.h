@@ -13,6 +13,7 @@ struct Drawn {
   std::string name, colour, dash;
   double width;
   bool wraps = false;                      ///< an angle that jumps from π to -π
+  bool held = false;                       ///< is_held()
   std::vector<double> from = {}, to = {};  ///< of a stacked area
 };
 

@@ -12,6 +12,7 @@ std::vector<TracePanel> ledger_panels(const LedgerSeries& s) {
     works.lines.push_back({l.name + " (lost)", s.t, l.value});
   panels.push_back(std::move(energies));
   if (!works.lines.empty()) panels.push_back(std::move(works));
+  for (TracePanel& panel : panels) panel.holes = s.holes;
   return panels;
 }
 
@@ -19,6 +20,7 @@ std::string ledger_plot(const LedgerSeries& series, const std::string& title,
                         const std::string& subtitle) {
   auto panels = ledger_panels(series);
   panels.push_back({"residual [J]", {{"residual of the balance", series.t, series.defect}}});
+  panels.back().holes = series.holes;
   return trace_plot(panels, title, subtitle);
 }
 

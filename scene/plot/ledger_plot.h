@@ -16,7 +16,8 @@ struct LedgerLine {
 struct LedgerSeries {
   std::vector<double> t;  ///< [s]
   std::vector<LedgerLine> stored, supplied, dissipated;
-  std::vector<double> defect;  ///< H - H(start) - supplied + dissipated [J]
+  std::vector<double> defect;      ///< H - H(start) - supplied + dissipated [J]
+  std::vector<double> holes = {};  ///< as those of a panel
 };
 
 /// "energies [J]", stacked, and, if there are any, "works [J]" through sources (in) and losses.

@@ -1,10 +1,10 @@
 #include "scene/plot/trace_plot.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -167,44 +167,67 @@ class TracePlot {
     svg_->text_upwards(look_.name_at, 0.5 * (top_ + bottom_), look_.names, ink,
                        p.what.substr(0, p.what.find(" [1]")));
     if (k + 1 == panels_.size() || !look_.beside) time_axis();
+    draw_marks(p.marks);
     // Bands and areas below, lines upon them.
     for (const bool area : {true, false})
       for (const Drawn& d : drawn)
-        if (area == (p.stacked || d.line->stroke == Stroke::band)) draw_line(d, area);
+        if (area == (p.stacked || d.line->stroke == Stroke::band)) draw_line(d, p, area);
     look_.beside ? legend_beside(drawn, p.stacked) : legend_above(drawn, p.stacked);
   }
 
-  void draw_line(const Drawn& d, bool area) {
+  void draw_line(const Drawn& d, const TracePanel& p, bool area) {
     const auto& t = d.line->t;
     const auto& value = d.to.empty() ? d.line->value : d.to;
     const auto& from = d.to.empty() ? d.line->low : d.from;
     const size_t n = std::min(t.size(), value.size());
     const size_t every = std::max<size_t>(1, n / most_points);
-    std::string points, back;
+    std::vector<std::string> points, back;
+    std::string level;  // of the point before
     const auto flush = [&] {
+      std::ranges::reverse(back);
       if (area && !points.empty())  // the outline shows a band without width
         svg_->raw(fmt::format(
             R"(<polygon points="{}{}" fill="{}" fill-opacity="{}" stroke="{}" stroke-width="{}"/>)",
-            points, back, d.colour, d.to.empty() ? 0.45 : 0.8, d.to.empty() ? d.colour : "#ffffff",
-            look_.rule));
+            fmt::join(points, ""), fmt::join(back, ""), d.colour, d.to.empty() ? 0.45 : 0.8,
+            d.to.empty() ? d.colour : "#ffffff", look_.rule));
       else if (!points.empty())
-        svg_->polyline(points, d.colour, d.width, d.dash.c_str());
+        svg_->polyline(fmt::format("{}", fmt::join(points, "")), d.colour, d.width, d.dash.c_str());
       points.clear();
       back.clear();
     };
+    size_t seen = 0, hole = 0;
     for (size_t k = 0; k < n; k += every) {
+      bool broken = d.wraps && k > 0 && std::fabs(value[k] - value[k - every]) > std::numbers::pi;
+      for (; seen < k; ++seen) broken |= !std::isfinite(value[seen]);  // one that is not drawn
+      for (; hole < p.holes.size() && p.holes[hole] < t[k]; ++hole) broken = true;
       const double s = scaled(value[k]);
-      if (!std::isfinite(s) || !std::isfinite(t[k]) || s < low_ - 1e-9 ||
-          (log_time_ && t[k] <= 0)) {
-        flush();
-        continue;
-      }
-      if (d.wraps && k > 0 && std::fabs(value[k] - value[k - every]) > std::numbers::pi) flush();
-      fmt::format_to(std::back_inserter(points), "{:.1f},{:.1f} ", x(t[k]), y(s));
-      if (area)
-        back = fmt::format("{:.1f},{:.1f} ", x(t[k]), y(std::max(low_, scaled(from[k])))) + back;
+      const bool drawn =
+          std::isfinite(s) && std::isfinite(t[k]) && s >= low_ - 1e-9 && !(log_time_ && t[k] <= 0);
+      if (broken || !drawn) flush();
+      if (!drawn) continue;
+      const std::string at = fmt::format("{:.1f},", x(t[k])), now = fmt::format("{:.1f} ", y(s));
+      if (d.held && !points.empty() && now != level) points.push_back(at + level);
+      points.push_back(at + now);
+      level = now;
+      if (area) back.push_back(at + fmt::format("{:.1f} ", y(std::max(low_, scaled(from[k])))));
     }
     flush();
+  }
+
+  /// Instants as thin upright lines, each with its name right of it as far as there is room.
+  void draw_marks(const std::vector<TimeMark>& marks) {
+    const double size = 0.85 * look_.ticks;
+    for (size_t k = 0; k < marks.size(); ++k) {
+      const double at = x(marks[k].t),
+                   next = k + 1 < marks.size() ? x(marks[k + 1].t) : look_.right;
+      if (!(at > look_.left && at < look_.right)) continue;
+      svg_->rule(at, top_, at, bottom_, colour::guide, look_.rule,
+                 dashed("3 3", look_.rule).c_str());
+      const double room = std::min(next, look_.right) - at - 0.7 * size;
+      if (room > 2 * size)
+        svg_->text(at + 0.35 * size, top_ + size, "start", size, soft,
+                   fit_text(marks[k].name, size, room));
+    }
   }
 
   void swatch(const Drawn& d, double at, double base, bool stacked) {

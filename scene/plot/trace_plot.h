@@ -18,6 +18,12 @@ struct TraceLine {
   std::vector<double> low = {};  ///< of a band: its lower edge
 };
 
+/// An instant that is marked by a thin upright line.
+struct TimeMark {
+  double t;  ///< [s]
+  std::string name;
+};
+
 /// A panel with an axis of its own.
 struct TracePanel {
   std::string what;  ///< "angle [rad]"
@@ -26,11 +32,19 @@ struct TracePanel {
   bool log_time = false;     ///< the panels of a picture share the first one's axis of time
   bool stacked = false;      ///< areas upon each other, each from 0, or its least value below that
   std::string others = {};   ///< last in the legend: which lines are elsewhere
+  /// Of the records behind which others are missing [s], in order: lines break there.
+  std::vector<double> holes = {};
+  std::vector<TimeMark> marks = {};  ///< in order
 };
+
+/// Whether a series is held between instants, as what a sampled controller tells: it changes twice
+/// or more, and nine of ten changes stand between equal values. Drawn as stairs.
+bool is_held(const std::vector<double>& values);
 
 /// Panels below each other over one time axis, as a complete SVG document for a screen. Of many
 /// lines those that are 0 all the time are counted ("7 others: 0"). An angle in rad that never
-/// leaves [-π, π] has a gap where it jumps by more than π.
+/// leaves [-π, π] has a gap where it jumps by more than π, any line where a value is not finite and
+/// where records are missing.
 std::string trace_plot(const std::vector<TracePanel>& panels, const std::string& title,
                        const std::string& subtitle);
 

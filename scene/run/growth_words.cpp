@@ -15,6 +15,7 @@ struct Told {
   const char* unit = "s";       ///< of the length
   std::string of_bounded = {};  ///< where an error above rounding that stays bounded comes from
   std::string what_to_do = {};  ///< about one that grows
+  std::string of_jump = {};     ///< what a jump tells
   bool unequal = false;
 };
 
@@ -28,6 +29,13 @@ std::string words(const EnergyReport& e, const Told& told) {
   const bool drifts = e.drift_is_significant;
   const std::string but = rounding ? ", though by no more than rounding may" : "";
   const std::string rate = fmt::format("by {:.2g} per {}", e.drift_per_s, told.unit);
+  if (std::isfinite(e.jump_s))
+    return fmt::format("jumps by {:.2g} at about {} and {}{}", e.jump,
+                       told.unit == std::string("s") ? fmt::format("{:.4g} s", e.jump_s)
+                                                     : fmt::format("{} {}", told.unit, e.jump_s),
+                       e.jump_then, rounding ? but : told.of_jump);
+  if (e.slows)
+    return fmt::format("drifts ever more slowly, like t^{:.2f}, {} in the mean{}", g, rate, but);
   const std::string swings = fmt::format("swings, and its swings grow {:.2g}-fold", e.swing_growth);
   if (!std::isfinite(g)) {
     if (drifts) return "drifts " + rate + but;
@@ -48,11 +56,26 @@ std::string words(const EnergyReport& e, const Told& told) {
                 : ", which is hidden in the scatter of single records");
   if (e.swings_grow() && !rounding) return swings + exponent;
   if (rounding) return (g < 0.25 ? "stays bounded" : "grows like rounding, √t") + exponent;
+  const bool walks = g > 0.35 && g < 0.65;
   return g < 0.25 ? "stays bounded" + exponent + ", above rounding" + told.of_bounded
-                  : "grows" + exponent + ", by more than rounding" + told.what_to_do;
+                  : (walks ? "grows like a random walk, √t" : "grows") + exponent +
+                        ", by more than rounding" + told.what_to_do;
 }
 
 }  // namespace
+
+void set_growth(EnergyReport& e, const ErrorStatistics& s, double interval, double scale) {
+  e.growth_exponent = s.growth_exponent();
+  e.drift_is_significant = s.drift_is_significant();
+  e.swing_growth = s.swing_growth();
+  e.slows = s.slows();
+  constexpr const char* then[] = {"", "stays there", "comes back", "has others beside it"};
+  const auto jump = s.jump();
+  const bool jumps = jump.kind != ErrorStatistics::Jump::none;
+  e.jump_s = jumps ? jump.records * interval : std::nan("");
+  e.jump = jumps ? jump.size / scale : std::nan("");
+  e.jump_then = then[jump.kind];
+}
 
 std::string growth_words(const RunReport& r) {
   const bool recorded = r.method == "recorded";
@@ -70,6 +93,7 @@ std::string growth_words(const RunReport& r) {
        .what_to_do = recorded ? ""
                               : ": does it with a shorter step (porthos compare)? Do the slopes of "
                                 "energies of your own agree with them (porthos verify)?",
+       .of_jump = recorded ? "" : ": the motion is not resolved there",
        .unequal = std::ranges::any_of(r.notes,
                                       [](const auto& n) { return n.starts_with(unequal_rows); })});
 }
@@ -77,9 +101,7 @@ std::string growth_words(const RunReport& r) {
 std::string growth_words(const ErrorStatistics& s) {
   EnergyReport e;
   e.max_rel_error = s.max_abs();
-  e.growth_exponent = s.growth_exponent();
-  e.drift_is_significant = s.drift_is_significant();
-  e.swing_growth = s.swing_growth();
+  set_growth(e, s, 1);
   const double steps = std::max(1.0, double(s.count()) - 1);
   e.drift_per_s = s.change() / steps;
   return words(e, {.steps = steps, .length = steps, .unit = "record"});

@@ -9,6 +9,11 @@ namespace porthos::scene {
 /// Begins the note of a run whose rows are at unequal intervals.
 inline constexpr const char* unequal_rows = "the rows are at unequal intervals";
 
+/// What is known of the growth of an error, but for its rate.
+/// @param interval  of the records [s]
+/// @param scale     to which the reported errors are relative
+void set_growth(EnergyReport& e, const ErrorStatistics& s, double interval, double scale = 1);
+
 /// How the energy error of a run grew, for people: what follows "the energy error", as in "grows
 /// like rounding, √t (growth exponent 0.48)". An exponent speaks of rounding only where the error
 /// is a few units of rounding times √steps; a significant drift is always told, with its rate.

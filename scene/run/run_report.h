@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,11 @@ struct EnergyReport {
   /// The parts of the scale: the largest kinetic energy, then the range of each other storage.
   std::vector<std::pair<std::string, double>> scale_parts = {};
   double swing_growth = 1;  ///< of the scatter of the error: ErrorStatistics
+  /// A jump within one record that most of the error is (ErrorStatistics): when [s], its relative
+  /// size; NaN: none.
+  double jump_s = std::nan(""), jump = std::nan("");
+  std::string jump_then = {};  ///< "stays there"
+  bool slows = false;          ///< ErrorStatistics
   /// By more than that of a bounded error is ever seen to rise from part to part.
   bool swings_grow() const { return swing_growth >= 2; }
 };

@@ -34,6 +34,7 @@ void ErrorStatistics::Parts::add(double error) {
 
 void ErrorStatistics::add(double error, bool regular) {
   if (count_ == 0) start_ = error;
+  const double increment = error - end_;
   end_ = error;
   max_abs_ = std::max(max_abs_, std::fabs(error));
   sum_of_squares_ += error * error;
@@ -43,11 +44,15 @@ void ErrorStatistics::add(double error, bool regular) {
   parts_.add(error);
   const auto n = static_cast<std::uint64_t>(regular_++);
   if (n == 0) return;
+  if (std::fabs(increment) > std::fabs(largest_)) {
+    largest_ = increment;
+    largest_at_ = double(n);
+  }
   if ((n & (n - 1)) == 0) levels_.push_back({start_});  // n = 2^j: level j begins
   for (size_t j = 0; j < levels_.size() && n % (std::uint64_t(1) << j) == 0; ++j) {
     Level& level = levels_[j];
-    const double increment = error - level.last;
-    level.sum_of_squares += increment * increment;
+    const double over = error - level.last;
+    level.sum_of_squares += over * over;
     level.last = error;
     ++level.count;
   }
@@ -97,7 +102,57 @@ bool ErrorStatistics::monotone() const {
   return means.size() >= fewest_parts;
 }
 
+ErrorStatistics::Jump ErrorStatistics::jump() const {
+  constexpr double about = 0.25, little = 0.1;  // of the increment
+  constexpr double many = 32, share = 0.3;
+  const size_t n = parts_.means.size();
+  if (n < fewest_parts || largest_ == 0) return {};
+  // Parts wholly before and behind it; at the ends of the series its first and last record.
+  const auto before = size_t(largest_at_ / parts_.length),
+             behind = size_t(std::ceil(largest_at_ / parts_.length)) +
+                      (largest_at_ == parts_.length * double(before));
+  const auto mean = [&](size_t from, size_t to) {
+    double sum = 0;
+    for (size_t i = from; i < to; ++i) sum += parts_.means[i] / double(to - from);
+    return sum;
+  };
+  const double size = std::fabs(largest_), change = (behind < n ? mean(behind, n) : end_) -
+                                                    (before > 0 ? mean(0, before) : start_);
+  const auto is_still = [&](size_t from, size_t to) {
+    return from >= to || std::sqrt(parts_.variance(from, to)) <= little * size;
+  };
+  Jump j{Jump::none, largest_at_, largest_};
+  if (is_still(0, before) && is_still(behind, n)) {
+    if (std::fabs(change) <= little * size) j.kind = Jump::returns;
+    if (std::fabs(change - largest_) <= about * size) j.kind = Jump::stays;
+  }
+  const Level& single = levels_[0];
+  if (j.kind == Jump::none && single.count >= many && size * size > share * single.sum_of_squares &&
+      !monotone() && course().kind == Course::unknown)
+    j.kind = Jump::of_few;
+  return j;
+}
+
+double ErrorStatistics::power_of_means() const {
+  const size_t last = parts_.means.size() - 1, half = last / 2;
+  const auto centre = [&](size_t i) { return (double(i) + 0.5) * parts_.length - 0.5; };
+  return std::log((parts_.means[last] - start_) / (parts_.means[half] - start_)) /
+         std::log(centre(last) / centre(half));
+}
+
+bool ErrorStatistics::slows() const {
+  constexpr double little = 0.05;  // of a variance
+  if (!monotone() || jump().kind != Jump::none || course().kind != Course::unknown || !drifts())
+    return false;
+  const size_t n = parts_.means.size();
+  double in_part = 0;  // but for the first, in which it may rise steeply
+  for (size_t i = 1; i < n; ++i) in_part += parts_.scatter(i) / double(n - 1);
+  return in_part < little * parts_.variance(0, n) && power_of_means() < steep;
+}
+
 double ErrorStatistics::growth_exponent() const {
+  if (jump().kind != Jump::none) return std::numeric_limits<double>::quiet_NaN();
+  if (slows()) return power_of_means();
   const Course c = course();
   if (c.kind != Course::unknown) return c.exponent;
   if (!levels_.empty() && levels_[0].count > 0 && !(levels_[0].sum_of_squares > 0)) return 0;
@@ -140,7 +195,9 @@ double ErrorStatistics::slope_of_increments() const {
   return n < double(fewest_levels) || swings ? std::numeric_limits<double>::quiet_NaN() : slope;
 }
 
-bool ErrorStatistics::drift_is_significant() const {
+bool ErrorStatistics::drift_is_significant() const { return jump().kind == Jump::none && drifts(); }
+
+bool ErrorStatistics::drifts() const {
   const auto kind = course().kind;
   if (kind == Course::settles || kind == Course::explodes) return kind == Course::explodes;
   return drift_of_records() || drift_of_means();
@@ -198,7 +255,8 @@ double ErrorStatistics::swing_growth() const {
 }
 
 std::vector<double> ErrorStatistics::memory() const {
-  std::vector<double> m{count_, regular_, max_abs_, sum_of_squares_, start_, end_};
+  std::vector<double> m{count_, regular_, max_abs_, sum_of_squares_,
+                        start_, end_,     largest_, largest_at_};
   const Parts& p = parts_;
   m.insert(m.end(), {p.length, p.records, p.sum, p.squares, double(p.means.size())});
   m.insert(m.end(), p.means.begin(), p.means.end());
@@ -209,10 +267,10 @@ std::vector<double> ErrorStatistics::memory() const {
 }
 
 void ErrorStatistics::restore(std::span<const double> m) {
-  constexpr size_t fixed = 11;
+  constexpr size_t fixed = 13;
   if (m.size() < fixed) require_size("memory of the statistics", m.size(), fixed);
   for (const double count : {m[0], m[1]}) (void)whole<std::int64_t>(count, 0, 0x1p53);
-  const auto parts = size_t(whole<std::int64_t>(m[10], 0, 2 * fewest_parts - 1));
+  const auto parts = size_t(whole<std::int64_t>(m[12], 0, 2 * fewest_parts - 1));
   if (m.size() < fixed + 2 * parts || (m.size() - fixed - 2 * parts) % 3 != 0)
     require_size("memory of the statistics", m.size(), fixed + 2 * parts);
   count_ = m[0];
@@ -221,9 +279,12 @@ void ErrorStatistics::restore(std::span<const double> m) {
   sum_of_squares_ = m[3];
   start_ = m[4];
   end_ = m[5];
+  largest_ = m[6];
+  largest_at_ = m[7];
   const auto means = m.subspan(fixed, parts), squares = m.subspan(fixed + parts, parts),
              levels = m.subspan(fixed + 2 * parts);
-  parts_ = {m[6], m[7], m[8], m[9], {means.begin(), means.end()}, {squares.begin(), squares.end()}};
+  parts_ = {
+      m[8], m[9], m[10], m[11], {means.begin(), means.end()}, {squares.begin(), squares.end()}};
   levels_.clear();
   for (size_t i = 0; i < levels.size(); i += 3)
     levels_.push_back({levels[i], levels[i + 1], levels[i + 2]});

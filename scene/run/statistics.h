@@ -23,6 +23,22 @@ class ErrorStatistics {
   double rms() const;
   double change() const { return end_ - start_; }  ///< last - first
 
+  /// An increment of one record that the whole series tells of: as much lies between the means
+  /// before and behind it (stays), or nearly nothing (returns), and little beside it. Else one of
+  /// few: with 32 increments or more its square is 0.3 of the sum of all squares, and
+  /// the means go to and fro.
+  struct Jump {
+    enum Kind { none, stays, returns, of_few } kind = none;
+    double records = 0;  ///< before it
+    double size = 0;     ///< of the increment
+  };
+  /// None for fewer than 9 records.
+  Jump jump() const;
+
+  /// Whether it drifts smoothly and ever more slowly, like t^growth_exponent(), which is below ¾:
+  /// the means of the parts rise without exception, and records scatter little in a part.
+  bool slows() const;
+
   /// 0 bounded or constant, ½ a random walk, 1 a drift, more if faster. By how the scatter grows
   /// with the length where the series settles, recurs or explodes (Course): increments tell of
   /// swings only where they are longer than these. Else the least-squares slope of log sqrt(S_j)
@@ -30,11 +46,11 @@ class ErrorStatistics {
   /// fewer than 3 such levels; for a slope above 0.75 of an error that comes back: less than half
   /// of its increments of the last level, had they one sign, are left at the end; and for one below
   /// 0.25 where the scatter grows with the length by an exponent above 0.15, as of a walk under
-  /// noise.
+  /// noise. NaN for a jump(). Of a series that slows() the exponent of its distance from the start.
   double growth_exponent() const;
 
   /// Whether the records, or their means over parts of the series, have gone further than a random
-  /// walk or an oscillation goes. false for an error that settles.
+  /// walk or an oscillation goes. false for an error that settles or jumps.
   bool drift_is_significant() const;
 
   /// How many times larger the scatter of the records is in the last of 9 to 17 equal parts of the
@@ -87,10 +103,14 @@ class ErrorStatistics {
   Course course() const;
   bool monotone() const;  ///< the means of the parts, at least 9
   double slope_of_increments() const;
+  bool drifts() const;
+  /// log2 of how much farther the means are from the start at the end than half way.
+  double power_of_means() const;
   /// The first level whose slope is not that of a drift, if there is any: a swing that is recorded
   /// densely rises on all levels within it.
   size_t first_level() const;
   double count_ = 0, regular_ = 0, max_abs_ = 0, sum_of_squares_ = 0, start_ = 0, end_ = 0;
+  double largest_ = 0, largest_at_ = 0;  ///< increment of one record, and the records before it
   Parts parts_;
   std::vector<Level> levels_;
 };

@@ -84,6 +84,10 @@ Json energy(const RunReport& r) {
           {"drift_per_s", e.drift_per_s},
           {"drift_is_significant", e.drift_is_significant},
           {"swing_growth", e.swing_growth},
+          {"jump_s", e.jump_s},
+          {"jump", e.jump},
+          {"jump_then", e.jump_then},
+          {"slows", e.slows},
           {"growth", growth_words(r)}};
 }
 

@@ -28,7 +28,7 @@ WholeReport::WholeReport(const Scene& s) {
 }
 
 void WholeReport::add(const RunReport& p, double from) {
-  add_energy(p.energy, r_.records == 0);
+  add_energy(p.energy, from, r_.records == 0);
   r_.records += p.records;
   r_.looks += p.looks;
   r_.steps = p.steps;
@@ -68,9 +68,16 @@ void WholeReport::add(const RunReport& p, double from) {
     r_.space = p.space;
 }
 
-void WholeReport::add_energy(const EnergyReport& p, bool first) {
+void WholeReport::add_energy(const EnergyReport& p, double from, bool first) {
   EnergyReport& e = r_.energy;
+  const bool worst = first || p.max_rel_error > e.max_rel_error;
   if (first) e = p;
+  e.slows &= p.slows;
+  if (worst) {  // a jump is one phase's
+    e.jump_s = p.jump_s + from;
+    e.jump = p.jump;
+    e.jump_then = p.jump_then;
+  }
   e.scale_J = std::max(e.scale_J, p.scale_J);
   for (const auto& [name, joule] : p.scale_parts) {
     double& largest = entry(e.scale_parts, name);

@@ -23,7 +23,7 @@ class WholeReport {
   const RunReport& report() const { return r_; }
 
  private:
-  void add_energy(const EnergyReport& phase, bool first);
+  void add_energy(const EnergyReport& phase, double from, bool first);
   static void add_impacts(std::vector<ImpactRow>& all, const ImpactRow& row);
   void add_momentum(const MomentumRow& row);
   void add_impulses(const Impulses& phase);

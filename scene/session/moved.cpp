@@ -10,6 +10,7 @@
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/read/scene_texts.h"
+#include "scene/run/row_times.h"
 #include "scene/session/detail/summary-inl.h"
 #include "scene/session/event_times-inl.h"
 
@@ -71,6 +72,10 @@ WholeRun whole_run(const std::vector<std::unique_ptr<Records>>& phases) {
       run.turning.push_back(std::move(joint));
   }
   return run;
+}
+
+std::vector<double> holes_in(const Records& records, const std::string& method) {
+  return method == "recorded" ? before_holes(records.column("time")) : std::vector<double>();
 }
 
 std::vector<TracePanel> panels_of(const Records& r, const mechanics::Mechanism& m,
@@ -157,16 +162,31 @@ std::vector<std::unique_ptr<Records>> records_of(const std::vector<fs::path>& pa
   return all;
 }
 
+/// "phase 2: lock of elbow"
+std::string name_of_phase(size_t k, double from, const EventTimes& happened) {
+  std::string events;
+  for (const auto& [event, at] : happened)
+    if (std::fabs(at - from) <= 1e-9 * std::fmax(1, from)) add_to_list(events, event);
+  return fmt::format("phase {}{}{}", k + 1, events.empty() ? "" : ": ", events);
+}
+
 /// panels(k, most): those of phase k.
 template <class Panels>
-Motion over_phases(const std::vector<std::unique_ptr<Records>>& phases, std::int64_t most,
-                   const Panels& panels) {
+Motion over_phases(const fs::path& folder, const std::vector<std::unique_ptr<Records>>& phases,
+                   std::int64_t most, const Panels& panels) {
   Motion whole;
+  const auto [method, happened] = of_summary(folder, [](const nlohmann::ordered_json& s) {
+    return std::pair{s.value("method", ""), event_times(s).value_or(EventTimes())};
+  });
   const auto each = std::max<std::int64_t>(most / std::int64_t(phases.size()), 2);
   for (size_t k = 0; k < phases.size(); ++k) {
     const size_t before = whole.t.size();
     for (const double t : phases[k]->at("time", evenly(phases[k]->count(), each)))
       whole.t.push_back(t);
+    if (k > 0 && whole.t.size() > before)
+      whole.marks.push_back({whole.t[before], name_of_phase(k, whole.t[before], happened)});
+    const auto holes = holes_in(*phases[k], method);
+    whole.holes.insert(whole.holes.end(), holes.begin(), holes.end());
     append_phase(whole, panels(k, each), before, whole.t.size() - before);
   }
   for (TracePanel& p : whole.panels)
@@ -188,7 +208,7 @@ Motion motion_in(const fs::path& folder, std::int64_t most,
         folder.string()));
   const auto phases = records_of(parts);
   const WholeRun run = whole_run(phases);
-  return over_phases(phases, most, [&](size_t k, std::int64_t each) {
+  return over_phases(folder, phases, most, [&](size_t k, std::int64_t each) {
     return panels_of(*phases[k], *moved.mechanisms[k], moved.springs, each, run);
   });
 }
@@ -200,7 +220,7 @@ bool has_scene(const fs::path& folder) {
 Motion states_in(const fs::path& folder, std::int64_t most) {
   require_finished(folder);
   const auto phases = records_of(parts_of(folder));
-  return over_phases(phases, most,
+  return over_phases(folder, phases, most,
                      [&](size_t k, std::int64_t each) { return states_of(*phases[k], each); });
 }
 

@@ -24,6 +24,8 @@ struct Motion {
   std::vector<double> t;  ///< [s], of every line; the instant of an event stands in it twice
   /// As motion_panels(), one for each `what`; nan where a phase has no such line.
   std::vector<TracePanel> panels;
+  std::vector<TimeMark> marks = {};  ///< where a phase begins, by what began it
+  std::vector<double> holes = {};    ///< holes_in() of all phases
 };
 /// That of a finished run or of one of its phases, at no more than `most` records. mechanism: in
 /// place of that of moved_in(), of a model made in code.
@@ -48,6 +50,9 @@ WholeRun whole_run(const std::vector<std::unique_ptr<Records>>& phases);
 std::vector<TracePanel> panels_of(const Records& records, const mechanics::Mechanism& mechanism,
                                   const std::vector<Spring>& springs, std::int64_t most,
                                   const WholeRun& whole = {});
+
+/// Of the records of a judged file behind which others are missing [s]; none of a run.
+std::vector<double> holes_in(const Records& records, const std::string& method);
 
 /// The folders of a finished run that have a run.h5: its own, or those of its phases.
 /// @throws InvalidArgument if there is none

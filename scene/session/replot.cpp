@@ -104,10 +104,12 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
   std::vector<std::pair<std::string, std::string>> pictures{
       {"energy_error.svg", draw({residual_of(*records, r)})},
       {"ledger.svg", ledger_plot(ledger_of(*records, r), r.title, plot_subtitle(r))}};
-  if (const auto panels = mechanism ? panels_of(*records, *mechanism, springs, most_of_motion)
-                                    : std::vector<TracePanel>();
-      !panels.empty())
+  if (auto panels = mechanism ? panels_of(*records, *mechanism, springs, most_of_motion)
+                              : std::vector<TracePanel>();
+      !panels.empty()) {
+    for (TracePanel& p : panels) p.holes = holes_in(*records, r.method);
     pictures.emplace_back("motion.svg", draw(panels));
+  }
   write_together(folder, pictures);
   std::vector<std::string> files;
   for (const auto& [name, svg] : pictures) files.push_back((folder / name).string());
@@ -229,13 +231,13 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what,
 /// Panels of many lines as several below each other, as readable as the screen's.
 std::vector<TracePanel> split(const std::vector<TracePanel>& panels) {
   std::vector<TracePanel> all;
-  for (const TracePanel& p : panels) {
-    for (size_t from = 0; from < p.lines.size(); from += most_lines)
-      all.push_back({p.what,
-                     {p.lines.begin() + long(from),
-                      p.lines.begin() + long(std::min(from + most_lines, p.lines.size()))}});
-    if (!all.empty()) all.back().others = p.others;
-  }
+  for (const TracePanel& p : panels)
+    for (size_t from = 0; from < p.lines.size(); from += most_lines) {
+      const size_t to = std::min(from + most_lines, p.lines.size());
+      all.push_back(p);
+      all.back().lines = {p.lines.begin() + long(from), p.lines.begin() + long(to)};
+      if (to < p.lines.size()) all.back().others = "";
+    }
   return all;
 }
 
@@ -253,6 +255,7 @@ LedgerSeries ledger_of(const Records& records, const RunReport& r, const TimeSpa
   const auto t = records.column("time"), error = records.column("energy_error");
   const auto shown = shown_of(t, span_of(t, span));
   LedgerSeries s;
+  s.holes = holes_in(records, r.method);
   for (const size_t i : shown) {
     s.t.push_back(t[i]);
     s.defect.push_back(error.at(i));
@@ -292,8 +295,13 @@ std::vector<std::string> figures(const fs::path& folder, const std::string& what
         title == "states" || title == "momenta" || (what != "motion" && !has_scene(folder));
     const Motion motion = states ? states_in(folder, most) : motion_in(folder, most);
     InSpan found;
-    const auto panels =
+    auto panels =
         cut(named(motion, what, states ? "states" : "motion"), span, most_of_motion, found);
+    for (TracePanel& p : panels) {
+      p.holes = motion.holes;
+      for (const TimeMark& m : motion.marks)
+        if (m.t >= span.from && m.t <= span.to) p.marks.push_back(m);
+    }
     refuse_fewer_than_two(found, span);
     return {figure(split(panels))};
   }

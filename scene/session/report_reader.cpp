@@ -65,7 +65,9 @@ RunReport report_of(const Json& j, const phs::State& end) {
               number(e.at("rms_rel_error")),   number(e.at("growth_exponent")),
               number(e.at("drift_per_s")),     e.at("drift_is_significant").get<bool>(),
               j.contains("centre_of_mass"),    named(e.at("scale_parts_J")),
-              e.value("swing_growth", 1.0)};
+              e.value("swing_growth", 1.0),    number(e.value("jump_s", Json())),
+              number(e.value("jump", Json())), e.value("jump_then", ""),
+              e.value("slows", false)};
   r.looks = count(j.at("looks"));
   r.linear_momentum_error = number(j.at("linear_momentum").at("max_rel_error"));
   r.angular_momentum_error = number(j.at("angular_momentum").at("max_rel_error"));

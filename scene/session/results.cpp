@@ -11,6 +11,7 @@
 #include "scene/plot/plot.h"
 #include "scene/plot/space_plot.h"
 #include "scene/run/checkpoint.h"
+#include "scene/run/row_times.h"
 #include "scene/run/run_file.h"
 #include "scene/session/replot.h"
 
@@ -30,11 +31,21 @@ std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& 
   return trace_plot({residual_panel(envelope, scene.verify.energy)}, scene.title, plot_subtitle(r));
 }
 
+/// Behind which records of a judged file rows are missing.
+std::vector<double> holes(const Scene& scene, const Assembly& assembly, const RunReport& r,
+                          const fs::path& log) {
+  if (r.method != "recorded") return {};
+  return holes_in(*open_log(log, assembly.model->description(), RecordLayout(scene, assembly)),
+                  r.method);
+}
+
 std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport& r,
                    const fs::path& log) {
   const auto rows = open_log(log, assembly.model->description(), RecordLayout(scene, assembly),
                              ledger_rows(r.records));
-  return ledger_plot(ledger_of(*rows, r), scene.title, plot_subtitle(r));
+  LedgerSeries s = ledger_of(*rows, r);
+  s.holes = holes(scene, assembly, r, log);
+  return ledger_plot(s, scene.title, plot_subtitle(r));
 }
 
 /// Empty: nothing of the motion is in the records.
@@ -43,7 +54,9 @@ std::string motion(const Scene& scene, const Assembly& assembly, const RunReport
   if (!assembly.mechanism) return "";
   const auto rows = open_log(log, assembly.model->description(), RecordLayout(scene, assembly),
                              evenly(r.records, most_of_motion));
-  const auto panels = panels_of(*rows, *assembly.mechanism, springs_of(scene), most_of_motion);
+  auto panels = panels_of(*rows, *assembly.mechanism, springs_of(scene), most_of_motion);
+  const auto gaps = holes(scene, assembly, r, log);
+  for (TracePanel& p : panels) p.holes = gaps;
   return panels.empty() ? "" : trace_plot(panels, scene.title, plot_subtitle(r));
 }
 

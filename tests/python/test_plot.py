@@ -371,6 +371,14 @@ def test_axes_of_three_dimensions_show_a_path(run, monkeypatch):
     assert len(axes.get_lines()) == 1
 
 
+def test_what_is_held_is_drawn_as_stairs(run, monkeypatch):
+    """Control: smooth lines, and one that rests before it moves."""
+    lines = {"held": lambda t: np.sin(np.floor(2 * t + 1e-9)), "smooth": np.sin, "rests": lambda t: np.sin(np.maximum(t - 10, 0))}
+    of_motion(monkeypatch, run, **{"torques [N m]": lines})
+    drawn = ph.plot(run, what="torques").axes[0].get_lines()
+    assert [line.get_drawstyle() for line in drawn] == ["steps-post", "default", "default"]
+
+
 def test_angles_that_jump_have_gaps(run, monkeypatch):
     wrapped = lambda t: np.angle(np.exp(1j * t))  # noqa: E731, jumps at pi, 3 pi and 5 pi
     of_motion(monkeypatch, run, **{"attitude [rad]": {"z": wrapped, "turned": lambda t: 2 * wrapped(t)}, "place [m]": {"z": wrapped}})

@@ -1,8 +1,10 @@
 // What the report and the results of a judged trajectory say of its making.
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "report/detail/pages.h"
+#include "report/report.h"
 #include "scene/files/digest.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/judge/judge_file.h"
@@ -34,6 +36,26 @@ TEST(RecordedReport, NothingIsSaidToHaveBeenIntegrated) {
       scene::Hdf5Reader(folder / "judged" / "run.h5").text("provenance/scene");
   EXPECT_TRUE(says(scene, "nothing is integrated"));
   EXPECT_TRUE(says(scene, "method = \"recorded\""));
+}
+
+TEST(RecordedReport, ThePageKnowsWhereRowsAreMissing) {
+  TemporaryFolder folder;
+  const Case c = pendulum(folder);
+  (void)scene::run(c.scene, c.assembly, into(folder / "out"));
+  const std::string all = csv_of(c, folder / "out");
+  const auto holes = [&](size_t missing) {
+    std::istringstream in(all);
+    std::string kept, line;
+    for (size_t row = 0; std::getline(in, line); ++row)
+      if (row < 20 || row >= 20 + missing) kept += line + "\n";
+    write_bytes(folder / "run.csv", kept);
+    (void)scene::judge_file({(folder / "run.csv").string(), (folder / "model.urdf").string(), "",
+                             (folder / "judged").string()});
+    const auto page = nlohmann::json::parse(report::report_json((folder / "judged").string()));
+    return page["phases"][0]["motion"]["holes"].get<std::string>().size();
+  };
+  EXPECT_EQ(holes(5), 12u);  // one number of eight bytes in base64
+  EXPECT_EQ(holes(0), 0u) << "control";
 }
 
 TEST(RecordedReport, DigestsOfFilesThatAreNotKeptAreProvenance) {

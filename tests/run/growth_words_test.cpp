@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <functional>
+#include <random>
 
 namespace {
 
@@ -36,10 +37,12 @@ TEST(GrowthWords, OfEachKindOfError) {
   EXPECT_TRUE(words(failing).ends_with(
       "the truncation of the method, expected a shorter step or a method of higher order"));
   // The same exponent of an error that is no rounding is none of it.
-  EXPECT_EQ(words(run(1e-9, 0.48)),
-            "grows (growth exponent 0.48), by more than rounding: does it with a shorter step "
-            "(porthos compare)? Do the slopes of energies of your own agree with them (porthos "
-            "verify)?");
+  EXPECT_EQ(
+      words(run(1e-9, 0.48)),
+      "grows like a random walk, √t (growth exponent 0.48), by more than rounding: does it with "
+      "a shorter step (porthos compare)? Do the slopes of energies of your own agree with them "
+      "(porthos "
+      "verify)?");
   EXPECT_EQ(words(run(1e-6, 0.97, 1e-9)),
             "drifts, like t or faster (growth exponent 0.97), by 1e-09 per s");
   EXPECT_EQ(words(run(1e-6, 0.97)),
@@ -61,6 +64,22 @@ TEST(GrowthWords, OfEachKindOfError) {
             "drifts by 1e-16 per s (growth exponent 0.48), though by no more than rounding may");
   EXPECT_EQ(words(run(1e-13, NAN, 1e-16)),
             "drifts by 1e-16 per s, though by no more than rounding may");
+}
+
+TEST(GrowthWords, OfAJumpAndOfADriftThatSlows) {
+  auto r = run(1e-9, NAN);
+  r.energy.jump_s = 3;
+  r.energy.jump = -1e-9;
+  r.energy.jump_then = "stays there";
+  EXPECT_EQ(scene::growth_words(r),
+            "jumps by -1e-09 at about 3 s and stays there: the motion is not resolved there");
+  r.energy.max_rel_error = 1e-13;
+  EXPECT_EQ(scene::growth_words(r),
+            "jumps by -1e-09 at about 3 s and stays there, though by no more than rounding may");
+  r = run(1e-9, 0.5, 1e-12);
+  r.energy.slows = true;
+  EXPECT_EQ(scene::growth_words(r),
+            "drifts ever more slowly, like t^0.50, by 1e-12 per s in the mean");
 }
 
 TEST(GrowthWords, OfARecordedMotion) {
@@ -88,6 +107,20 @@ TEST(GrowthWords, OfASeries) {
             "stays bounded (growth exponent 0.00), above rounding");
   EXPECT_EQ(words([](double x) { return 1e-6 * x; }),
             "drifts, like t or faster (growth exponent 1.00), by 5e-10 per record");
+  EXPECT_EQ(words([](double x) { return x > 0.5 ? 1e-6 : 0; }),
+            "jumps by 1e-06 at about record 1001 and stays there");
+  EXPECT_EQ(words([](double x) { return x == 0.5 ? 1e-6 : 0; }),
+            "jumps by 1e-06 at about record 1000 and comes back");
+  EXPECT_EQ(words([](double x) { return x > 0.3 && x < 0.5 ? 1e-6 : 0; }),
+            "jumps by 1e-06 at about record 601 and has others beside it");
+  EXPECT_EQ(words([](double x) { return 1e-6 * std::sqrt(x); }),
+            "drifts ever more slowly, like t^0.50, by 5e-10 per record in the mean");
+  std::mt19937_64 rng(1);
+  std::normal_distribution<double> step(0, 1e-8);
+  double walk = 0;
+  EXPECT_TRUE(words([&](double) {
+                return walk += step(rng);
+              }).starts_with("grows like a random walk, √t (growth exponent 0."));
   EXPECT_TRUE(words([](double x) {
                 return 1e-6 * std::exp(10 * x);
               }).starts_with("drifts, like t or faster (growth exponent 7."));

@@ -11,6 +11,7 @@
 #include "scene/judge/judge_file.h"
 #include "scene/plot/plot.h"
 #include "scene/run/growth_words.h"
+#include "scene/session/replot.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::judge_rows_test {
@@ -98,6 +99,25 @@ TEST_F(JudgeRows, AHoleIsNamedAndLeftOut) {
   const auto halves = judged(2000, hole(600, 800));
   EXPECT_EQ(scene::growth_words(halves), unequal);
   EXPECT_TRUE(notes_say(halves, "rows 600-601: 80.1 s apart"));
+}
+
+TEST_F(JudgeRows, PicturesHaveNoLineThroughAHole) {
+  const auto lines = [&](const char* file) {
+    const std::string svg = read_bytes(folder_ / "out" / file);
+    size_t n = 0;
+    for (size_t at = 0; (at = svg.find("<polyline", at)) != svg.npos; ++at) ++n;
+    return n;
+  };
+  (void)judged(600, [](int) { return true; });
+  const size_t motion = lines("motion.svg"), ledger = lines("ledger.svg");
+  (void)judged(600, [](int i) { return i < 200 || i >= 300; });
+  EXPECT_EQ(lines("motion.svg"), 2 * motion);
+  EXPECT_EQ(lines("ledger.svg"), 2 * ledger);
+  const std::string before = read_bytes(folder_ / "out/motion.svg");
+  (void)scene::replot(folder_ / "out");
+  EXPECT_EQ(lines("ledger.svg"), 2 * ledger);
+  EXPECT_EQ(read_bytes(folder_ / "out/motion.svg"), before);
+  EXPECT_EQ(scene::motion_in(folder_ / "out", 1000).holes.size(), 1u);
 }
 
 TEST_F(JudgeRows, RowsDroppedAtRandomAreToldOnce) {

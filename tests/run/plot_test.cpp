@@ -16,6 +16,7 @@
 #include <numbers>
 #include <random>
 #include <regex>
+#include <sstream>
 
 #include "tests/places.h"
 #include "tests/support/bounds.h"
@@ -325,6 +326,89 @@ TEST(Plot, AnAngleThatJumpsHasAGapThere) {
   keeps("pieces of other numbers, off 1", std::fabs(lines("a [m]", angle) - 1), 0);
   keeps("of what leaves [-pi, pi], off 1", std::fabs(lines("a [rad]", rate) - 1), 0);
   breaks("control: an angle that jumps, off 1", std::fabs(lines("a [rad]", angle) - 1), 0);
+}
+
+/// The points of the lines or outlines of a picture.
+std::vector<std::vector<std::pair<double, double>>> points_of(const std::string& svg,
+                                                              const char* element) {
+  tinyxml2::XMLDocument document;
+  document.Parse(svg.c_str());
+  const auto* root = document.RootElement();
+  std::vector<std::vector<std::pair<double, double>>> all;
+  for (auto* l = root->FirstChildElement(element); l; l = l->NextSiblingElement(element)) {
+    std::istringstream in(l->Attribute("points"));
+    all.emplace_back();
+    char comma;
+    for (double x, y; in >> x >> comma >> y;) all.back().emplace_back(x, y);
+  }
+  return all;
+}
+
+TEST(Plot, ALineBreaksWhereRecordsAreMissing) {
+  TracePanel p{"x [m]", {{"a", {}, {}}}};
+  for (int i = 0; i < 4000; ++i) {  // drawn thinned
+    p.lines[0].t.push_back(i < 2000 ? i : i + 500);
+    p.lines[0].value.push_back(std::sin(1e-3 * i));
+  }
+  const auto pieces = [](const TracePanel& panel) {
+    return points_of(trace_plot({panel}, "", ""), "polyline").size();
+  };
+  EXPECT_EQ(pieces(p), 1u) << "control: no record is missing";
+  p.holes = {1999};
+  EXPECT_EQ(pieces(p), 2u);
+  p.lines[0].value[1001] = NAN;  // between two that are drawn
+  EXPECT_EQ(pieces(p), 3u);
+  p.holes = {3999 + 500};
+  EXPECT_EQ(pieces(p), 2u) << "control: nothing follows";
+}
+
+TEST(Plot, WhatIsHeldIsDrawnAsStairs) {
+  std::vector<double> t, held, smooth, rest;
+  for (int i = 0; i < 100; ++i) {
+    t.push_back(i);
+    const double angle = 0.1 * (i / 5);
+    held.push_back(5 + std::sin(angle) + 1e-15 * (i % 3));  // with the rounding of a difference
+    smooth.push_back(5 + std::sin(0.02 * i));
+    rest.push_back(i < 60 ? 0 : std::sin(0.02 * (i - 59)));
+  }
+  EXPECT_TRUE(is_held(held));
+  EXPECT_FALSE(is_held(smooth));
+  EXPECT_FALSE(is_held(rest)) << "control: it rests before it moves";
+  EXPECT_FALSE(is_held({0, 0, 1, 1})) << "control: one jump is no stair";
+  EXPECT_FALSE(is_held({0, 1, 0, 1, 0, 1})) << "control: sampled at each record";
+  EXPECT_TRUE(is_held({0, 0, 1, 1, NAN, 2, 2, 3, 3}));
+  const auto slanted = [&](const std::vector<double>& v) {
+    size_t n = 0;
+    for (const auto& l : points_of(figure({{"u [N m]", {{"u", t, v}}}}), "polyline"))
+      for (size_t i = 1; i < l.size(); ++i)
+        n += l[i].first != l[i - 1].first && l[i].second != l[i - 1].second;
+    return double(n);
+  };
+  keeps("slanted pieces of a held line", slanted(held), 0);
+  breaks("of a smooth one", slanted(smooth), 0);
+}
+
+TEST(Plot, TheOutlineOfABandGoesForthAndBack) {
+  TracePanel p{"x [m]", {{"b", {0, 1, 2, 3}, {2, 3, 4, 5}, Stroke::band, {1, 1, 2, 2}}}};
+  const auto outline = points_of(trace_plot({p}, "", ""), "polygon").at(0);
+  ASSERT_EQ(outline.size(), 8u);
+  for (size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(outline[k].first, outline[7 - k].first);
+    EXPECT_LT(outline[k].second, outline[7 - k].second) << "the upper edge first";
+  }
+  EXPECT_LT(outline[0].first, outline[3].first);
+}
+
+TEST(Plot, InstantsAreMarkedWithTheirNames) {
+  TracePanel p{"x [m]", {{"a", {0, 10}, {0, 1}}}};
+  const auto rules = [&] { return count(figure({p}), "<line"); };
+  const size_t before = rules();
+  p.marks = {{5, "phase 2"}, {5.001, "phase 3"}, {11, "beyond"}};
+  EXPECT_EQ(rules(), before + 2);
+  const auto names = texts(figure({p}));
+  EXPECT_EQ(std::ranges::count(names, "phase 3"), 1);
+  EXPECT_EQ(std::ranges::count(names, "phase 2"), 0) << "no room beside the next";
+  EXPECT_EQ(std::ranges::count(names, "beyond"), 0);
 }
 
 TEST(Plot, TheLegendTellsWhichLinesAreElsewhere) {

@@ -66,6 +66,11 @@ TEST(Replot, TheMotionIsThatOfTheRunInEveryPhase) {
   // Single panels: the motion over both phases, a picture for each of the rest.
   EXPECT_EQ(scene::figures(folder / "out", "joints").size(), 1u);
   EXPECT_EQ(scene::figures(folder / "out", "residual").size(), 2u);
+  // The instant of the event is marked where both phases are in one picture.
+  const std::string mark = ">phase 2: lock of elbow<";
+  EXPECT_NE(scene::figures(folder / "out", "joints")[0].find(mark), std::string::npos);
+  EXPECT_EQ(scene::figures(folder / "out", "joints", {1.5, 2})[0].find(mark), std::string::npos);
+  EXPECT_EQ(scene::figures(folder / "out/phase_2", "joints")[0].find(mark), std::string::npos);
   const auto motion = scene::motion_in(folder / "out", 40);
   const auto line = [](const scene::Motion& m, const std::string& what, const std::string& name) {
     const auto p = std::ranges::find(m.panels, what, &scene::TracePanel::what);

@@ -315,6 +315,49 @@ TEST(Statistics, AConstantErrorIsBounded) {
   EXPECT_TRUE(std::isnan(other.growth_exponent())) << "control: nor do 20 that differ";
 }
 
+/// Neither noise nor walks, swings or drifts jump.
+TEST(Statistics, AJumpIsTold) {
+  using Jump = ErrorStatistics::Jump;
+  for (const int n : {40, 100, 1000, 20000})
+    for (const double at : {0.03, 0.33, 0.5, 0.9}) {
+      std::mt19937_64 rng(3);
+      std::normal_distribution<double> noise(0, 0.01);
+      const auto s = series_of(n, [&](double x) { return (x > at ? -1 : 0) + noise(rng); });
+      EXPECT_EQ(s.jump().kind, Jump::stays) << at << ", " << n;
+      EXPECT_NEAR(s.jump().records, at * n, 1.5);
+      EXPECT_NEAR(s.jump().size, -1, 0.05);
+      EXPECT_TRUE(std::isnan(s.growth_exponent()) && !s.drift_is_significant());
+    }
+  EXPECT_EQ(series_of(8, [](double x) { return x > 0.5; }).jump().kind, Jump::none) << "too few";
+  int jumps = 0, slows = 0;
+  for (unsigned seed = 1; seed <= 1000; ++seed)
+    for (const int n : {40, 1000}) {
+      std::mt19937_64 rng(seed);
+      std::normal_distribution<double> step(0, 1);
+      const auto white = series_of(n, [&](double) { return step(rng); });
+      double e = 0;
+      const auto walk = series_of(n, [&](double) { return e += step(rng); });
+      const auto swing = series_of(n, [&](double x) { return std::sin(0.1 * seed * x + seed); });
+      const auto drift = series_of(n, [&](double x) { return 1e3 * x + step(rng); });
+      for (const auto* s : {&white, &walk, &swing, &drift}) jumps += s->jump().kind != Jump::none;
+      for (const auto* s : {&white, &walk, &drift}) slows += s->slows();
+    }
+  std::printf("  of 8000 that do not %d jump (bound 20), of 6000 %d slow (bound 6)\n", jumps,
+              slows);
+  EXPECT_LE(jumps, 20);
+  EXPECT_LE(slows, 6);
+}
+
+TEST(Statistics, ADriftThatSlowsHasThePowerOfItsCourse) {
+  for (const int n : {40, 1000, 20000})
+    for (const double power : {0.3, 0.5, 1.0, 2.0}) {
+      const auto s = series_of(n, [&](double x) { return std::pow(x, power); });
+      EXPECT_EQ(s.slows(), power < 0.75) << power << ", " << n;
+      EXPECT_NEAR(s.growth_exponent(), std::min(power, 1.0), 0.07);
+      EXPECT_TRUE(s.drift_is_significant());
+    }
+}
+
 TEST(Statistics, ALastRecordAtAnotherDistanceIsNoIncrement) {
   ErrorStatistics with = random_walk(3, 500), without = with;
   with.add(1.0, false);
@@ -334,7 +377,7 @@ TEST(Statistics, ContinuesFromItsMemoryAndStaysSmall) {
     (i < 1234 ? first : second).add(e);
   }
   EXPECT_EQ(whole.memory(), second.memory());
-  EXPECT_LE(whole.memory().size(), 11u + 2 * 17 + 3 * 12);
+  EXPECT_LE(whole.memory().size(), 13u + 2 * 17 + 3 * 12);
 }
 
 }  // namespace

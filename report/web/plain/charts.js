@@ -12,7 +12,7 @@ function pieces(points) {
   return all.filter((piece) => piece.length);
 }
 
-/** o: {title, what, unit, t, lines: [{name, v, colour, width, dash, fill}], log, logTime, stacked, height, decades, note} */
+/** o: {title, what, unit, t, lines: [{name, v, colour, width, dash, fill, held}], log, logTime, stacked, height, decades, note} */
 export function chart(o) {
   const height = o.height || 270, t = o.t, unit = o.logTime ? { name: "s", seconds: 1 } : timeUnit(t[t.length - 1] || 1);
   const X = (s) => (o.logTime ? (s > 0 ? Math.log10(s) : NaN) : s / unit.seconds);
@@ -39,7 +39,8 @@ export function chart(o) {
   for (const l of o.lines) {
     const points = Array.from(l.v, (v, i) => [X(t[i]), Y(v)]);
     for (const piece of pieces(points)) {
-      const path = piece.map(([x, y]) => `${px(x).toFixed(1)},${py(y).toFixed(1)}`);
+      const corners = l.held ? piece.flatMap(([x, y], i) => (i ? [[x, piece[i - 1][1]], [x, y]] : [[x, y]])) : piece;
+      const path = corners.map(([x, y]) => `${px(x).toFixed(1)},${py(y).toFixed(1)}`);
       if (o.stacked && l.fill) picture.append(svg("polygon", { points: [`${px(piece[0][0])},${py(y0)}`, ...path, `${px(piece[piece.length - 1][0])},${py(y0)}`].join(" "), fill: `var(--${l.colour})`, opacity: 0.15 }));
       picture.append(svg("polyline", { points: path.join(" "), fill: "none", stroke: `var(--${l.colour})`, "stroke-width": l.width || 1.6, "stroke-dasharray": l.dash ? l.dash.join(" ") : "none" }));
     }

@@ -36,7 +36,7 @@ function recorded(t, lines, from) {
 /** The border of a legend's marker that is like a line's dashes. */
 const marker = (dash) => !dash ? "solid" : dash[0] < dash[1] ? "dotted" : "dashed";
 
-/** o: {title, what, unit, t, lines: [{name, v, colour, width, dash, fill, hidden}], log, logTime, stacked, height, decades, note} */
+/** o: {title, what, unit, t, lines: [{name, v, colour, width, dash, fill, hidden, held}], log, logTime, stacked, height, decades, note} */
 export function chart(o) {
   const box = h("div", { class: "chart" }, o.title && h("h3", {}, o.title), o.what && h("p", { class: "what" }, o.what));
   const place = h("div", { role: "group", style: `min-height:${o.height || 270}px` });  // so that the page hardly grows when it is drawn
@@ -74,7 +74,7 @@ export function chart(o) {
       series: [
         { label: "time", value: (u, v) => (v === null ? "" : `${short(Number(v.toPrecision(5)))} ${unit.name}`) },
         ...o.lines.map((l) => ({
-          label: l.name, stroke: colour(l.colour), width: l.width || 1.6, dash: l.dash, spanGaps: false, points: { show: false },
+          label: l.name, stroke: colour(l.colour), width: l.width || 1.6, dash: l.dash, spanGaps: false, paths: l.held ? uPlot.paths.stepped({ align: 1 }) : undefined, points: { show: false },
           gaps: (u, s, first, last, all) => all.map(([a, b]) => [a - 1, b + 1]),  // with the edges of the stroke that crosses them
           show: !l.hidden, value: (u, v, s, i) => (i === null || i === undefined ? "" : short(Number(Number(l.shown ? l.shown[i + from] : v).toPrecision(4)))),
           fill: l.fill ? (o.stacked ? colour(l.colour) + "33" : undefined) : undefined,

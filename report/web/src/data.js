@@ -54,20 +54,23 @@ function joinMotion(phases) {
   all.forEach((m, k) => m.panels.forEach((p) => p.lines.forEach((l) => {
     if (!panels.has(p.what)) panels.set(p.what, new Map());
     const lines = panels.get(p.what);
-    if (!lines.has(l.name)) lines.set(l.name, t.map((x) => new Float64Array(x.length).fill(NaN)));
-    lines.get(l.name)[k] = Float64Array.from(floats(l.v));
+    if (!lines.has(l.name)) lines.set(l.name, { held: false, v: t.map((x) => new Float64Array(x.length).fill(NaN)) });
+    const line = lines.get(l.name);
+    line.v[k] = Float64Array.from(floats(l.v));
+    line.held ||= !!l.held;
   })));
-  return withGaps({ t: joined(t), panels: [...panels].map(([what, lines]) => ({ what, lines: [...lines].map(([name, v]) => ({ name, v: joined(v) })) })) });
+  return withGaps({ t: joined(t), holes: joined(all.map((m) => doubles(m.holes))), panels: [...panels].map(([what, lines]) => ({ what, lines: [...lines].map(([name, l]) => ({ name, held: l.held, v: joined(l.v) })) })) });
 }
 
-/** A motion with a record more where an angle that never leaves [-π, π] jumps from one end to the other: a gap of that line. */
-function withGaps({ t, panels }) {
+/** A motion with a record more where an angle that never leaves [-π, π] jumps from one end to the other, a gap of that line, and where records are missing, a gap of all. */
+function withGaps({ t, holes, panels }) {
   const lines = panels.flatMap((p) => p.lines), jumps = (v, i) => Math.abs(v[i] - v[i - 1]) > Math.PI;
   const wraps = panels.filter((p) => p.what.endsWith("[rad]")).flatMap((p) => p.lines).filter((l) => !l.v.some((y) => Math.abs(y) > Math.PI + 1e-6));  // of floats
-  const order = Array.from(t.keys()).flatMap((i) => (i > 0 && wraps.some((l) => jumps(l.v, i)) ? [-i, i] : [i]));
+  const missing = new Set(Array.from(holes, (x) => t.findIndex((y) => y > x)));
+  const order = Array.from(t.keys()).flatMap((i) => (i > 0 && (missing.has(i) || wraps.some((l) => jumps(l.v, i))) ? [-i, i] : [i]));
   for (const l of lines) {
     const v = l.v, wrapped = wraps.includes(l);
-    l.v = Float64Array.from(order, (i) => (i >= 0 ? v[i] : wrapped && jumps(v, -i) ? NaN : v[-i]));
+    l.v = Float64Array.from(order, (i) => (i >= 0 ? v[i] : missing.has(-i) || (wrapped && jumps(v, -i)) ? NaN : v[-i]));
   }
   return { t: Float64Array.from(order, (i) => t[Math.abs(i)]), panels };
 }

@@ -25,27 +25,6 @@ function room(c) {
     h("span", { class: `track ${c.pass ? "" : "fail"}` }, h("i", { style: `width:${c.pass ? Math.min(100, Math.max(3, (100 * decades) / 6)) : 100}%` })));
 }
 
-/** The time of a jump that makes up most of the largest error; null: there is none. */
-function jumpTime(series) {
-  if (!series) return null;
-  const v = series.error;
-  let top = 0, step = 0, at = 0;
-  for (let i = 0; i < v.length; ++i) {
-    top = Math.max(top, Math.abs(v[i]));
-    const change = i > 0 ? Math.abs(v[i] - v[i - 1]) : 0;
-    if (change > step) step = change, at = i;
-  }
-  // An oscillation has many such changes, and one of them back.
-  const stays = v.slice(at).every((x) => Math.abs(x - v[at]) < 0.5 * step) && v.slice(0, at).every((x) => Math.abs(x - v[at]) > 0.5 * step);
-  return step > 0.5 * top && stays ? series.t[at] : null;
-}
-
-/** How the energy error grows: as the program says it, but for a jump, which only the series shows. */
-function growth(e, steps, series) {
-  const rounding = e.max_rel_error <= 2 ** -50 * Math.sqrt(Math.max(1, steps)), jump = rounding ? null : jumpTime(series);
-  return jump === null ? e.growth : `jumps at about ${duration(jump)}: the motion is not resolved there`;
-}
-
 export function verdict(d) {
   const s = d.summary;
   if (!s) return section("verdict", "Verdict", h("div", { class: "verdict" }, h("span", { class: "badge open" }, d.status.state === "unfinished" ? "Unfinished" : "No verdict"),
@@ -61,7 +40,7 @@ export function verdict(d) {
   const told = other && (s.notes || []).find((n) => n.startsWith(`the error of ${other.name} `));
   const beside = told ? `${told[0].toUpperCase()}${told.slice(1)}.`
     : other ? `${checkName(other.name)}: ${number(other.value)}, with a limit of ${number(other.limit)}.`
-    : `The energy error ${growth(s.energy, s.steps, d.series)}.`;
+    : `The energy error ${s.energy.growth}.`;
   const perStep = s.steps > 0 ? s.cpu_s / s.steps : 0;
   const tile = (value, text) => h("div", { class: "tile" }, h("b", {}, value), h("span", {}, text));
   return section("verdict", "Verdict",

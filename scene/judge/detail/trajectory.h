@@ -11,6 +11,7 @@
 #include "scene/assemble/centre_of_mass.h"
 #include "scene/judge/trajectory_map.h"
 #include "scene/judge/trajectory_table.h"
+#include "scene/run/row_times.h"
 
 /// A trajectory of another program, as states of a model. Private to the judge.
 namespace porthos::scene {
@@ -18,21 +19,6 @@ namespace porthos::scene {
 using Numbers = std::vector<double>;
 
 Numbers times_of_rows(const TrajectoryTable& table, const TrajectoryMap& map);
-/// The instants of the rows. Row i follows row i - 1 by interval(i).
-struct Rows {
-  explicit Rows(const Numbers& times);
-  const Numbers& t;          ///< [s]
-  double step;               ///< the interval; if unequal, that in the middle [s]
-  bool equal, mostly_equal;  ///< all intervals, half of them
-  size_t others = 0;         ///< intervals of another length
-
-  double interval(size_t i) const { return t[i] - t[i - 1]; }
-  /// Whether rows are missing before row i, where most are at equal intervals.
-  bool is_hole(size_t i) const { return mostly_equal && interval(i) > 1.5 * step; }
-  std::vector<size_t> holes() const;
-  /// Whether row i has two rows before and one behind it without a hole.
-  bool resolve(size_t i) const;
-};
 /// Whether the file has the pose of a free base.
 bool has_base(const TrajectoryTable& table, const TrajectoryMap& map);
 
