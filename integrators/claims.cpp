@@ -194,15 +194,23 @@ InvariantDefect invariant_defect(const std::string& method, const phs::Model& mo
 double energy_defect(const std::string& method, const phs::Model& model, const phs::State& start,
                      double h) {
   ClaimGauge gauge(model);
+  const auto& powers = model.description().powers;
   const auto H0 = gauge.energy(start);
   double worst = 0;
   for (const double factor : {1.0, 3.0, 6.0}) {
     phs::State s = start;
     const auto made = make_integrator(method, model, factor * h, loosely(method));
     double here = 0;
+    long double works = 0, size = std::fabs(H0);
     for (int i = 0; i < 100; ++i) {
       if (made->step(s) != Outcome::ok) return factor > 1 ? worst : if_it_tells(here);
-      here = std::fmax(here, double(std::fabs((gauge.energy(s) - H0) / H0)));
+      for (size_t a = 0; a < powers.size(); ++a) {
+        if (powers[a].kind == phs::PowerKind::observed) continue;
+        const double work = made->port_work()[a];
+        works += powers[a].kind == phs::PowerKind::supplied ? work : -work;
+        size += std::fabs(work);
+      }
+      here = std::fmax(here, double(std::fabs((gauge.energy(s) - H0 - works) / size)));
     }
     worst = std::fmax(worst, here);
   }
@@ -238,7 +246,7 @@ ClaimReport check_claims(const std::string& method, const phs::Model& model, con
   const phs::Description& d = model.description();
   require_size("start of check_claims", start.size(), size_t(d.nx));
   const Declaration& m = declaration_of(method);
-  make_integrator(method, model, h);  // refuses what does not fit
+  const bool varies = make_integrator(method, model, h)->varies();  // refuses what does not fit
   const phs::State s(d, start);
   ClaimReport r{.method = method, .system = d.name, .step = h, .claims = {}};
   const auto add = [&](const char* claim, bool declared, double bound, const std::string& why_not,
@@ -256,7 +264,10 @@ ClaimReport check_claims(const std::string& method, const phs::Model& model, con
   const bool quadratic =
       std::ranges::any_of(d.invariants, [](const auto& i) { return i.degree == 2; });
   const auto holds = [](Claim c) { return c == Claim::holds; };
-  add("order", m.order > 0, m.order - 0.5, m.order > 0 ? "" : "a tolerance sets it", "", [&] {
+  const std::string no_order = m.order == 0 ? "a tolerance sets it"
+                               : varies     ? "the method chooses its steps itself"
+                                            : "";
+  add("order", m.order > 0, m.order - 0.5, no_order, "", [&] {
     const auto found = measured_order(method, model, s, h);
     char steps[80];
     std::snprintf(steps, sizeof steps, "from the errors of steps %g s and %g s", found.coarse,
@@ -284,6 +295,14 @@ ClaimReport check_claims(const std::string& method, const phs::Model& model, con
       "of their size within 300 steps, of h or 4 h",
       [&] { return invariant_defect(method, model, s, h).quadratic; });
   add("energy", holds(m.energy_exact), 1e-11, open, "of H within 100 steps, of h, 3 h or 6 h",
+      [&] { return energy_defect(method, model, s, h); });
+  const bool rigid = m.needs.contacts;
+  add("passivity", holds(m.passivity_exact), 1e-11,
+      rigid               ? "impacts take energy beside the works"
+      : !d.powers.empty() ? ""
+      : d.traits.lossless ? "nothing is supplied or lost"
+                          : "the system names no losses",
+      "of H less the works within 100 steps, of h, 3 h or 6 h",
       [&] { return energy_defect(method, model, s, h); });
   add("resumable", m.resumable, 0, "", "of 20 steps, taken up again after the tenth",
       [&] { return restart_defect(method, model, s, h); });

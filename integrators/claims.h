@@ -42,8 +42,9 @@ struct InvariantDefect {
 InvariantDefect invariant_defect(const std::string& method, const phs::Model& model,
                                  const phs::State& start, double h);
 
-/// The largest relative change of H within 100 steps of h, and of 3 h and 6 h, as far as they
-/// converge. NaN if a step h fails before a change shows.
+/// The largest change of H, less the works of the system's powers as the method integrates them,
+/// within 100 steps of h, and of 3 h and 6 h, as far as they converge: over |H| at the start and
+/// the sum of all |works|. NaN if a step h fails before a change shows.
 double energy_defect(const std::string& method, const phs::Model& model, const phs::State& start,
                      double h);
 
@@ -64,7 +65,7 @@ double restart_defect(const std::string& method, const phs::Model& model, const 
 
 /// One claim of a method, as it shows on a system.
 struct ClaimResult {
-  /// "order", "symmetric", "symplectic", "quadratic invariants", "energy", "resumable"
+  /// "order", "symmetric", "symplectic", "quadratic invariants", "energy", "passivity", "resumable"
   std::string claim;
   bool declared = true;      ///< whether the method claims it
   double measured = 0;       ///< the defect; of the order, the order

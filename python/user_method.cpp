@@ -216,7 +216,7 @@ by the one before is not resumed by another (see method_version). One step costs
       },
       py::arg("method"), py::arg("model"), py::arg("start"), py::kw_only(), py::arg("step"),
       R"(Measures what a method claims, one of your own too, on a model from a start: order, symmetry, symplecticity by the exact
-derivative of two steps, quadratic invariants, energy. step [s]: as long as runs have, for the defects of a false claim shrink
+derivative of two steps, quadratic invariants, energy, of systems with losses or sources the balance. step [s]: as long as runs have, for the defects of a false claim shrink
 with it. A claim that holds here need not hold on every system.)");
   m.def("method_version", &version_of, py::arg("method"),
         "Of a method that was added: the digest of its code, with the numbers, arrays and "

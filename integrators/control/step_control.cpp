@@ -13,12 +13,14 @@ namespace {
 
 using phs::State;
 
+[[noreturn]] void refuse_own_steps(const std::string& method) {
+  throw InvalidArgument("method '" + method +
+                        "' chooses its steps itself: step control is for methods of a fixed step");
+}
+
 const Declaration& controllable(const std::string& method) {
   const Declaration& d = declaration_of(method);
-  if (d.rival || d.order == 0)
-    throw InvalidArgument(
-        "method '" + method +
-        "' chooses its steps itself: step control is for methods of a fixed step");
+  if (d.rival) refuse_own_steps(method);
   return d;
 }
 
@@ -301,7 +303,8 @@ class Reversible final : public Controlled {
 template <class Control>
 std::unique_ptr<Integrator> make(Declaration d, const std::string& method, const phs::Model& model,
                                  double h, const Options& o, const ControlOptions& control) {
-  make_integrator(method, model, h, o);  // refuses what the method cannot take
+  // refuses what the method cannot take
+  if (make_integrator(method, model, h, o)->varies()) refuse_own_steps(method);
   const OfRun run(model);
   auto made = std::make_unique<Control>(std::move(d), method, *run.model, h, o, control);
   made->keep_model(run.kept);

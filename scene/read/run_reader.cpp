@@ -35,7 +35,7 @@ void check_control(const Scene& s, const std::string& where) {
                               control));
   if (!integrators::knows_method(s.method)) return;  // of results
   const auto& d = integrators::declaration_of(s.method);
-  if (d.rival || d.order == 0)
+  if (d.rival)
     refuse(where, fmt::format("step_control is \"{}\", but {} chooses its steps itself, expected "
                               "step_control = \"fixed\"",
                               control, s.method));

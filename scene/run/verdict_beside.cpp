@@ -57,6 +57,7 @@ class Beside {
 
   void step_halving() {
     const char* const name = "step_halving";
+    const bool fails = std::ranges::any_of(r_.checks, [](const Check& c) { return !c.pass; });
     attempt(name, scene_.verify.step_halving.value_or(step_halving_limit), [&] {
       StateScale scale(a_.model->description());
       const auto whole = go(scale, scene_.step, steps_);
@@ -68,9 +69,10 @@ class Beside {
     });
     if (!scene_.verify.step_halving)
       r_.notes.push_back(fmt::format(
-          "{} keeps all that was checked with any step: the motion is judged by step_halving, {} "
+          "{} {} all that was checked with any step{}: the motion is judged by step_halving, {} "
           "steps against {} of half the size",
-          method_.name, steps_, 2 * steps_));
+          method_.name, fails ? "is declared to keep" : "keeps", fails ? ", and does not" : "",
+          steps_, 2 * steps_));
   }
 
   void axioms() {

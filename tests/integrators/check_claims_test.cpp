@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "integrators/catalogue.h"
+#include "integrators/control/step_control.h"
 #include "tests/integrators/problems.h"
 #include "tests/support/bounds.h"
 
@@ -176,6 +177,99 @@ TEST(CheckClaims, ATightToleranceHidesNoFalseClaim) {
   const auto r = report("tolerant", problem(0));
   EXPECT_FALSE(of(r, "symmetric").holds()) << r.text();
   EXPECT_EQ(of(r, "order").why_not, "a tolerance sets it");
+}
+
+/// Damping and a drive that depend on the place: H = p²/2 + q⁴/4.
+struct DampedOscillator {
+  phs::Description description() const {
+    phs::Description d;
+    d.name = "damped oscillator";
+    d.nx = 2;
+    d.traits = {.autonomous = false, .canonical = true, .separable = true, .lossless = false};
+    d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
+    return d;
+  }
+  template <class T>
+  T hamiltonian(std::span<const T> x) const {
+    return T(0.5) * x[1] * x[1] + T(0.25) * x[0] * x[0] * x[0] * x[0];
+  }
+  template <class T>
+  void gradient(std::span<const T> x, std::span<T> e) const {
+    e[0] = x[0] * x[0] * x[0];
+    e[1] = x[1];
+  }
+  template <class T>
+  void dissipation(std::span<const T> x, std::span<const T> e, std::span<T> Re) const {
+    Re[0] = T(0.0);
+    Re[1] = T(0.05) * x[0] * x[0] * e[1];
+  }
+  template <class T>
+  void drive(T t, std::span<const T> x, std::span<T> dx) const {
+    using phs::sin, std::sin;
+    dx[1] = dx[1] + (T(1.0) + T(0.3) * x[0]) * sin(t);
+  }
+};
+
+TEST(CheckClaims, PassivityShowsWhereEnergyIsLostAndSupplied) {
+  const phs::UserModel<DampedOscillator> damped{DampedOscillator{}};
+  const auto on_damped = [&](const std::string& method) {
+    return check_claims(method, damped, {1.5, 0.3}, 0.05);
+  };
+  const auto held = on_damped("gonzalez");
+  EXPECT_TRUE(held.holds()) << held.text();
+  EXPECT_TRUE(of(held, "passivity").declared);
+  test::keeps("balance of gonzalez", of(held, "passivity").measured, 1e-11);
+  test::breaks("that of gauss4, which claims none", of(on_damped("gauss4"), "passivity").measured,
+               1e-11);
+  EXPECT_TRUE(on_damped("gauss4").holds());
+  EXPECT_EQ(of(held, "energy").why_not, "the system depends on time");
+  add_liar("liar", [](Declaration& d) { d.passivity_exact = Claim::holds; });
+  const auto r = on_damped("liar");
+  EXPECT_FALSE(of(r, "passivity").holds()) << r.text();
+  EXPECT_NE(r.text().find("of H less the works within 100 steps"), std::string::npos) << r.text();
+  EXPECT_EQ(of(report("liar", problem(0)), "passivity").why_not, "nothing is supplied or lost");
+}
+
+/// Euler's method whose steps grow, as it likes.
+class Varying final : public Integrator {
+ public:
+  Varying(const Declaration& d, const phs::Model& m, double h, const Options& o)
+      : Integrator(d, m, h, o) {}
+  bool varies() const override { return true; }
+  Outcome step(State& s) override {
+    const double h = h_ * (1 + 0.5 * double(s.step % 3));
+    const Outcome o = advance(s.time(h_), h, s);
+    if (o == Outcome::ok) s.step_off_the_grid(h_, h);
+    return o;
+  }
+  Outcome advance(double t, double h, State& s) override {
+    std::vector<double> rates(n_);
+    system_->field(t, s.x, {}, rates);
+    for (size_t i = 0; i < n_; ++i) s.x[i] += h * rates[i];
+    return Outcome::ok;
+  }
+};
+
+/// Of steps that it chooses no order can be measured, and no step control can choose them.
+/// Controls: methods of a tolerance inside steps of one size, which it can.
+TEST(CheckClaims, AMethodThatChoosesItsStepsHasNoOrder) {
+  Declaration d;
+  d.name = "varying";
+  d.order = 1;
+  add_entry(
+      double_entry(d, [](const Declaration& as, const phs::Model& m, double h, const Options& o) {
+        return std::make_unique<Varying>(as, m, h, o);
+      }));
+  const auto r = report("varying", problem(0));
+  EXPECT_EQ(of(r, "order").why_not, "the method chooses its steps itself");
+  EXPECT_TRUE(of(r, "order").holds()) << r.text();
+  const auto refused = [](const std::string& method) {
+    return test::refusal([&] {
+      make_controlled(StepControl::time_transformed, method, *problem(0).model, 0.01, {});
+    });
+  };
+  EXPECT_NE(refused("varying").find("chooses its steps itself"), std::string::npos);
+  EXPECT_EQ(refused("radau15"), "");
 }
 
 /// At rest every order is exact: that is told, and is no failure.

@@ -211,6 +211,27 @@ TEST(StepControl, TimeTransformedSolvesDampedAndDrivenSystems) {
   }
 }
 
+/// A method of a tolerance takes steps of its own inside those of the control.
+TEST(StepControl, TakesMethodsOfATolerance) {
+  phs::State s = kepler_state(0.9);
+  const auto method =
+      make_controlled(StepControl::time_transformed, "radau15", kepler, 0.1, by_radius());
+  const auto energy = kepler.instantiate<double>();
+  const double H = energy->hamiltonian(s.x);
+  double smallest = HUGE_VAL, largest = 0, worst = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double before = method->time(s);
+    ASSERT_EQ(method->step(s), Outcome::ok);
+    smallest = std::min(smallest, method->time(s) - before);
+    largest = std::max(largest, method->time(s) - before);
+    worst = std::max(worst, std::fabs(energy->hamiltonian(s.x) / H - 1));
+  }
+  std::printf("  radau15, steps %.4f to %.3f: energy off by %.1e   bound 1e-12\n", smallest,
+              largest, worst);
+  EXPECT_LE(worst, 1e-12);
+  EXPECT_GT(largest, 10 * smallest);
+}
+
 TEST(StepControl, RefusesNonsense) {
   const auto robot = test::ets_vii();
   const auto text = [&](auto&& make) -> std::string {

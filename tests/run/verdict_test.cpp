@@ -154,6 +154,18 @@ TEST(Verdict, EnergyExactMethodsAreJudgedByTheirMotion) {
     EXPECT_EQ(r.verdict(), step < 0.01 ? Verdict::pass : Verdict::fail) << step;
     EXPECT_EQ(summary(folder)["verdict"], to_string(r.verdict()));
   }
+  // What fails all the same is not said to be kept. Control: a limit that holds.
+  for (const double limit : {1e-30, 1e-9}) {
+    Case c = bare_pendulum(folder, "gonzalez", 0.001, 20);
+    c.scene.verify = {.energy = limit};
+    const auto r = verify(c, folder, false);
+    const bool fails = !find(r, "energy")->pass;
+    EXPECT_EQ(fails, limit < 1e-20);
+    EXPECT_TRUE(says(r.notes.back(), fails ? "gonzalez is declared to keep all that was checked "
+                                             "with any step, and does not: the motion"
+                                           : "gonzalez keeps all that was checked with any step"))
+        << r.notes.back();
+  }
   // Where the energy tells, nothing more is asked; a stated limit holds for any method.
   Case c = bare_pendulum(folder, "gauss8", 0.01, 20);
   EXPECT_EQ(find(verify(c, folder, false), "step_halving"), nullptr);
