@@ -41,4 +41,23 @@ std::array<double, 4> read_attitude(const Table& t, const char* key);
 /// Start values of all coordinates as [initial] states them; random ones count as 0.
 std::vector<double> stated_start(const ControllerPlant& plant);
 
+/// The joints of a table by name: read(its table, joint) fills what is not the name.
+template <class Joint>
+std::vector<Joint> read_joints(const auto& table, const auto& read) {
+  std::vector<Joint> all;
+  table.each("joints", [&](const std::string& name, const std::string&, const auto& own) {
+    all.emplace_back().joint = name;
+    read(own, all.back());
+  });
+  return all;
+}
+/// Controller::design of what was read.
+template <class Read>
+auto made_of(ControllerDesign (*design)(const Controller&, const ControllerPlant&, const Read&),
+             Read read) {
+  return [design, read = std::move(read)](const Controller& own, const ControllerPlant& plant) {
+    return design(own, plant, read);
+  };
+}
+
 }  // namespace porthos::scene

@@ -65,21 +65,15 @@ ControllerDesign design_esp(const Controller& c, const ControllerPlant& plant,
 }
 
 void read_esp(const Table& t, Controller& c) {
-  std::vector<RegulatedLink> links;
-  t.each("joints", [&](const std::string& joint, const std::string&, const Table& own) {
-    RegulatedLink l;
-    l.joint = joint;
+  auto links = read_joints<RegulatedLink>(t, [&](const Table& own, RegulatedLink& l) {
     if (own.has("target")) l.target = own.number("target");
     l.damping = own.not_negative("damping");
     l.stiffness = own.positive("stiffness");
     l.motor_damping = own.not_negative("motor_damping");
-    links.push_back(l);
   });
   if (links.empty())
     refuse(t.where(), t.label() + " names no joints, expected every joint of the arm");
-  c.design = [links](const Controller& own, const ControllerPlant& plant) {
-    return design_esp(own, plant, links);
-  };
+  c.design = made_of(design_esp, links);
 }
 
 }  // namespace

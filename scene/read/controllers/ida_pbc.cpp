@@ -170,9 +170,7 @@ void read_ida_pbc(const Table& t, Controller& c) {
   t.require("gains", "a table with " + joined(w.design->gains));
   const Table gains = t.table("gains");
   read_design_gains(gains, w);
-  c.design = [w](const Controller& own, const ControllerPlant& plant) {
-    return design_ida_pbc(own, plant, w);
-  };
+  c.design = made_of(design_ida_pbc, w);
 }
 
 }  // namespace

@@ -65,11 +65,8 @@ ControllerDesign design_lqr(const Controller& c, const ControllerPlant& plant,
 }
 
 void read_lqr(const Table& t, Controller& c) {
-  std::vector<WeighedJoint> joints;
   int actuated = 0;
-  t.each("joints", [&](const std::string& joint, const std::string&, const Table& own) {
-    WeighedJoint j;
-    j.joint = joint;
+  auto joints = read_joints<WeighedJoint>(t, [&](const Table& own, WeighedJoint& j) {
     if (own.has("target")) j.target = own.number("target");
     j.position = own.not_negative("position");
     j.rate = own.not_negative("speed");
@@ -81,12 +78,9 @@ void read_lqr(const Table& t, Controller& c) {
     j.effort = own.positive("effort");
     if (own.has("limit")) j.limit = own.positive("limit");
     actuated += j.actuated;
-    joints.push_back(j);
   });
   if (actuated == 0) refuse(t.where(), t.label() + " has no actuated joint, expected one or more");
-  c.design = [joints](const Controller& own, const ControllerPlant& plant) {
-    return design_lqr(own, plant, joints);
-  };
+  c.design = made_of(design_lqr, joints);
 }
 
 }  // namespace

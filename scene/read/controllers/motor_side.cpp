@@ -64,21 +64,15 @@ ControllerDesign design_motor_side(const Controller& c, const ControllerPlant& p
 }
 
 void read_motor_side(const Table& t, Controller& c) {
-  std::vector<RegulatedMotor> motors;
-  t.each("joints", [&](const std::string& joint, const std::string&, const Table& own) {
-    RegulatedMotor m;
-    m.joint = joint;
+  auto motors = read_joints<RegulatedMotor>(t, [&](const Table& own, RegulatedMotor& m) {
     if (own.has("target")) m.target = own.number("target");
     m.stiffness = own.positive("stiffness");
     m.damping = own.positive("damping");
     if (own.has("limit")) m.limit = own.positive("limit");
-    motors.push_back(m);
   });
   if (motors.empty())
     refuse(t.where(), t.label() + " names no joints, expected those with an actuator");
-  c.design = [motors](const Controller& own, const ControllerPlant& plant) {
-    return design_motor_side(own, plant, motors);
-  };
+  c.design = made_of(design_motor_side, motors);
 }
 
 }  // namespace

@@ -81,20 +81,15 @@ void read_null_space(const Table& t, Controller& c) {
   t.require("task", "the link that is held, and where");
   const Table task = t.table("task");
   w.task = read_pose(task.text("link", "the name of a link"), task);
-  t.each("joints", [&](const std::string& joint, const std::string&, const Table& own) {
-    PostureJoint j;
-    j.joint = joint;
+  w.joints = read_joints<PostureJoint>(t, [&](const Table& own, PostureJoint& j) {
     if (own.has("target")) j.target = own.number("target");
     j.stiffness = own.positive("stiffness");
     j.damping = own.positive("damping");
-    w.joints.push_back(j);
   });
   w.fill = t.not_negative("fill");
   if (w.fill > 1) t.fail("fill", fmt::format("is {:g}, expected a share in [0, 1]", w.fill));
   t.require("tank", "the energy that pays for the projection, { level = ... }");
-  c.design = [w](const Controller& own, const ControllerPlant& plant) {
-    return design_null_space(own, plant, w);
-  };
+  c.design = made_of(design_null_space, w);
 }
 
 }  // namespace

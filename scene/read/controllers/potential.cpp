@@ -101,14 +101,11 @@ ControllerDesign design_potential(const Controller& c, const ControllerPlant& pl
 
 void read_potential(const Table& t, Controller& c) {
   Wanted w;
-  t.each("joints", [&](const std::string& joint, const std::string&, const Table& own) {
-    JointShaping j;
-    j.joint = joint;
+  w.joints = read_joints<JointShaping>(t, [&](const Table& own, JointShaping& j) {
     j.gains = read_gains(own, "stiffness", "damping", false);
     j.periodic = own.boolean("periodic");
     if (own.has("target")) j.target = own.number("target");
     if (own.has("limit")) j.limit = own.positive("limit");
-    w.joints.push_back(j);
   });
   if (w.joints.empty())
     refuse(t.where(), t.label() + " names no joints, expected those that are actuated");
@@ -117,9 +114,7 @@ void read_potential(const Table& t, Controller& c) {
   });
   w.gravity = t.choice("gravity");
   w.zero_momentum = t.boolean("zero_momentum");
-  c.design = [w](const Controller& own, const ControllerPlant& plant) {
-    return design_potential(own, plant, w);
-  };
+  c.design = made_of(design_potential, w);
 }
 
 }  // namespace

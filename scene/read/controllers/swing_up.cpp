@@ -79,9 +79,7 @@ void read_swing_up(const Table& t, Controller& c) {
   }
   for (const char* key : {"level", "leave"})
     if (t.has(key) && !c.then) t.fail(key, "is given without then, expected both");
-  c.design = [w](const Controller& own, const ControllerPlant& plant) {
-    return design_swing_up(own, plant, w);
-  };
+  c.design = made_of(design_swing_up, w);
 }
 
 }  // namespace

@@ -71,9 +71,7 @@ void read_tracking(const Table& t, Controller& c) {
   Tracking w;
   w.computed_torque = t.choice("law") == "computed_torque";
   if (t.has("over")) w.over = t.positive("over");
-  t.each("joints", [&](const std::string& joint, const std::string&, const Table& own) {
-    TrackedJoint j;
-    j.joint = joint;
+  w.joints = read_joints<TrackedJoint>(t, [&](const Table& own, TrackedJoint& j) {
     j.gains = read_gains(own, "kp", "kd", true);
     if (own.has("target")) j.target = own.number("target");
     if (own.has("amplitude")) {
@@ -84,11 +82,8 @@ void read_tracking(const Table& t, Controller& c) {
     } else if (own.has("frequency")) {
       own.fail("frequency", "is given without amplitude, expected both");
     }
-    w.joints.push_back(j);
   });
-  c.design = [w](const Controller& own, const ControllerPlant& plant) {
-    return design_tracking(own, plant, w);
-  };
+  c.design = made_of(design_tracking, w);
 }
 
 }  // namespace

@@ -189,9 +189,7 @@ void read_wheel_attitude(const Table& t, Controller& c) {
   if (w.momentum_limit < HUGE_VAL && c.rate == 0)
     t.fail("momentum_limit",
            "ends a torque and the law is continuous, expected the rate of a sampled one");
-  c.design = [w](const Controller& own, const ControllerPlant& plant) {
-    return design_attitude(own, plant, w);
-  };
+  c.design = made_of(design_attitude, w);
 }
 
 }  // namespace

@@ -223,9 +223,7 @@ void read_whole_body(const Table& t, Controller& c) {
                                      task.task.name));
     w.tasks.push_back(std::move(task));
   });
-  c.design = [w](const Controller& own, const ControllerPlant& plant) {
-    return design_whole_body(own, plant, w);
-  };
+  c.design = made_of(design_whole_body, w);
 }
 
 const char* task_id = "controller.whole_body.task";
