@@ -42,6 +42,10 @@ void explain_type_errors(pybind11::module_& m);
 void bind_constraints(pybind11::module_& m);
 void bind_model_constraints(MechanicalModelClass& model);
 
+/// The file of a run, and what its plots show, called by bind_scene.
+void bind_run_file(pybind11::module_& m);
+void bind_motion(pybind11::module_& m);
+
 /// Into the submodule energy_shaping, called by bind_energy_shaping.
 void bind_designs(pybind11::module_& m);
 

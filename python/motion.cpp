@@ -1,9 +1,7 @@
-#include "python/motion.h"
-
-#include <pybind11/functional.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <optional>
 
 #include "phs/error.h"
@@ -31,11 +29,55 @@ py::dict as_dict(const std::vector<TracePanel>& panels) {
   return all;
 }
 
-py::dict motion_of(const std::shared_ptr<const mechanics::Mechanism>& m, std::vector<double> t,
-                   std::vector<std::string> turns,
-                   const std::function<std::vector<double>(const std::string&)>& rows,
-                   std::vector<std::pair<std::string, std::string>> outputs) {
-  return as_dict(motion_panels(*m, {std::move(t), std::move(turns), rows, std::move(outputs)}));
+/// The series of a Result in memory.
+class InMemory final : public Records {
+ public:
+  explicit InMemory(py::object run)
+      : run_(std::move(run)), names_(run_.attr("names").cast<std::vector<std::string>>()) {}
+  std::int64_t count() const override { return std::int64_t(py::len(run_.attr("time"))); }
+  bool has(const std::string& name) const override { return std::ranges::count(names_, name) > 0; }
+  std::vector<std::string> names(const std::string& group) const override {
+    std::vector<std::string> list;
+    for (const auto& name : names_)
+      if (name.starts_with(group + "/")) list.push_back(name.substr(group.size() + 1));
+    return list;
+  }
+  std::string unit(const std::string& name) const override {
+    return run_.attr("unit")(name).cast<std::string>();
+  }
+  std::vector<std::string> columns(const std::string& name) const override {
+    if (name != "turns") return {};
+    return run_.attr("angles").cast<std::vector<std::string>>();
+  }
+  std::string text(const std::string&) const override { return ""; }
+  void read(const std::string& name, const Piece& f) const override {
+    using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
+    const auto v = run_[py::str(name)].cast<Array>();
+    f(0, v.shape(0), v.ndim() > 1 ? int(v.shape(1)) : 1, v.data());
+  }
+
+ private:
+  py::object run_;
+  std::vector<std::string> names_;
+};
+
+py::tuple as_tuple(scene::Motion m) {
+  return py::make_tuple(as_array(std::move(m.t)), as_dict(m.panels));
+}
+
+py::tuple motion_of(const py::object& run, std::int64_t most) {
+  auto mechanism = run.attr("mechanism").cast<std::shared_ptr<mechanics::Mechanism>>();
+  if (const py::object folder = run.attr("folder"); !folder.is_none())
+    return as_tuple(motion_in(folder.cast<std::filesystem::path>(), most, std::move(mechanism)));
+  const InMemory r(run);
+  return as_tuple({r.at("time", evenly(r.count(), most)), panels_of(r, *mechanism, {}, most)});
+}
+
+py::tuple states_of_run(const py::object& run, std::int64_t most) {
+  if (const py::object folder = run.attr("folder"); !folder.is_none())
+    return as_tuple(states_in(folder.cast<std::filesystem::path>(), most));
+  const InMemory r(run);
+  return as_tuple({r.at("time", evenly(r.count(), most)), states_of(r, most)});
 }
 
 py::list residual_of(const std::vector<double>& t, const std::vector<double>& error,
@@ -68,21 +110,11 @@ void bind_motion(py::module_& m) {
       arg("folder"),
       "The mechanisms of a finished run, one per phase, and names and energies of its actuators, "
       "from the scene and the model in its results; empty for a system without a mechanism.");
-  m.def(
-      "motion_in",
-      [](const std::filesystem::path& folder, std::int64_t most,
-         std::shared_ptr<mechanics::Mechanism> mechanism) {
-        scene::Motion motion = scene::motion_in(folder, most, std::move(mechanism));
-        return py::make_tuple(as_array(std::move(motion.t)), as_dict(motion.panels));
-      },
-      arg("folder"), arg("most"), arg("mechanism") = py::none(),
-      "How the mechanism of a finished run moved, over its phases: times, and the panels "
-      "{title with unit: {line: values}}. mechanism: of a model made in code.");
-  m.def("motion_panels", &motion_of, arg("mechanism"), arg("t"), arg("turns"), arg("rows"),
-        arg("outputs") = std::vector<std::pair<std::string, std::string>>{},
-        "How a mechanism moved, as {title with unit: {line: values}}. turns: the names behind "
-        "the columns of \"turns\"; rows(name): the flat values of a series at the times t, empty "
-        "where there is none. outputs: name and unit of the scene's outputs.");
+  m.def("motion_of", &motion_of, arg("run"), arg("most"),
+        "How the mechanism of a Result moved, over its phases: times, and the panels {title with "
+        "unit: {line: values}}.");
+  m.def("states_of", &states_of_run, arg("run"), arg("most"),
+        "The states of a Result of any system, in the same way.");
   m.def("residual_panel", &residual_of, arg("t"), arg("error"), arg("limit") = py::none(),
         "What energy_error.svg shows of a series of relative errors, reduced to 1500 columns: "
         "(name, stroke, t, value, low), stroke one of line, band, guide, limit.");

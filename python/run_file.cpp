@@ -1,9 +1,8 @@
 // The file run.h5 of a run.
-#include "python/run_file.h"
-
 #include <pybind11/stl.h>
 
 #include "python/arrays.h"
+#include "python/bind.h"
 #include "scene/files/hdf5_reader.h"
 
 namespace porthos::python {

@@ -14,8 +14,6 @@
 #include "python/bind.h"
 #include "python/interruptible.h"
 #include "python/keywords.h"
-#include "python/motion.h"
-#include "python/run_file.h"
 #include "scene/compare/compare.h"
 #include "scene/files/files.h"
 #include "scene/read/changed_scene.h"

@@ -12,7 +12,7 @@ from typing import Any, Sequence, Union
 
 import numpy as np
 
-from ._core import InvalidArgument, RunFile, export_csv, motion_in, motion_panels, moved_in
+from ._core import InvalidArgument, RunFile, export_csv, motion_of, moved_in, states_of
 from .ensembles import EnsembleResult, open_ensemble
 from .judged import Judged, html_table, short, text_table
 
@@ -174,21 +174,11 @@ class Result(Judged):
         them. Phases follow each other: nan where a phase has no such line.
         Raises InvalidArgument for a system without a mechanism.
         """
-        if self.folder is not None:
-            t, panels = motion_in(self.folder, most, self.mechanism)
-            return {**panels, "time [s]": {"t": t}}
-        if self.mechanism is None:
+        if self.folder is None and self.mechanism is None:
             raise InvalidArgument("the run has no mechanism whose motion could be shown, expected a scene or a MechanicalModel; "
                                   "what = \"states\" shows its states")
-        t = self.time
-        at = np.unique(np.linspace(0, len(t) - 1, min(len(t), most)).astype(int))
-        turns = [c.name for c in self.mechanism.coordinates if c.q.stop - c.q.start == 1 and c.unit == "rad"]
-
-        def rows(name: str) -> list[float]:
-            return np.asarray(self[name])[at].astype(float).ravel().tolist() if name in self.names else []
-
-        outputs = [(n.removeprefix("output/"), self.unit(n)) for n in self.names if n.startswith("output/")]
-        return {**motion_panels(self.mechanism, t[at].tolist(), turns, rows, outputs), "time [s]": {"t": t[at]}}
+        t, panels = motion_of(self, most)
+        return {**panels, "time [s]": {"t": t}}
 
     def has_mechanism(self) -> bool:
         """Whether motion() can show the run: of a scene, or of a MechanicalModel in this session."""
@@ -204,29 +194,8 @@ class Result(Judged):
         where they have no names. Angles are true angles, turns included. Phases follow each other: nan where a phase has no such
         line. Cost: reads those series.
         """
-        phases, times, parts = self.phases, [np.empty(0)], []
-        for p in phases:
-            t = p.time
-            at = np.unique(np.linspace(0, len(t) - 1, min(len(t), max(most // len(phases), 2))).astype(int))
-            attributes = p.file.attributes if p.folder is not None else lambda name: {}
-            angles = attributes("turns").get("columns", "").split("\n") if p.folder is not None and "turns" in p.names else p.angles
-            turns = np.asarray(p["turns"])[at] if angles else None
-            for name in p.names:
-                group, _, block = name.partition("/")
-                if group not in ("state", "momentum"):
-                    continue
-                y = np.asarray(p[name])[at].astype(float).reshape(len(at), -1)
-                if group == "state" and block in angles:
-                    y = y + 2 * np.pi * turns[:, angles.index(block), None]
-                columns = attributes(name).get("columns", "").split("\n")
-                for k in range(y.shape[1]):
-                    line = block if y.shape[1] == 1 else f"{block}.{columns[k] if len(columns) == y.shape[1] else k}"
-                    parts.append((f"{'states' if group == 'state' else 'momenta'} [{p.unit(name)}]", line, sum(map(len, times)), y[:, k]))
-            times.append(t[at])
-        time, panels = np.concatenate(times), {}
-        for what, line, first, y in sorted(parts, key=lambda p: p[0], reverse=True):  # states before momenta
-            panels.setdefault(what, {}).setdefault(line, np.full(len(time), np.nan))[first:first + len(y)] = y
-        return {**panels, "time [s]": {"t": time}}
+        t, panels = states_of(self, most)
+        return {**panels, "time [s]": {"t": t}}
 
     def _repr_html_(self) -> str:
         """What notebooks show: the verdict and its checks."""

@@ -276,7 +276,7 @@ def _in_memory(data, assembly, symmetry: bool, progress: Tell) -> Result:
     finally:
         line.finish()
     result = Result(json.loads(summary), None, columns, states)
-    result.angles = [b.name.replace("/", "_") for b in assembly.model.description.blocks if b.kind == _core.BlockKind.angle]
+    result.angles = [b.name for b in assembly.model.description.blocks if b.kind == _core.BlockKind.angle]
     return result
 
 

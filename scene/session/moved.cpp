@@ -8,6 +8,7 @@
 
 #include "phs/error.h"
 #include "scene/files/files.h"
+#include "scene/files/hdf5_file.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/read/scene_texts.h"
 #include "scene/run/row_times.h"
@@ -30,7 +31,7 @@ void add_state(std::vector<TracePanel>& panels, const Records& records, const st
   const std::string name = group + "/" + block;
   auto rows = records.at(name, shown);
   const size_t columns = rows.size() / std::max<size_t>(shown.size(), 1);
-  if (const auto at = std::ranges::find(angles, block); state && at != angles.end())
+  if (const auto at = std::ranges::find(angles, block, link_name); state && at != angles.end())
     if (turns.size() == angles.size() * rows.size())
       for (size_t i = 0; i < rows.size(); ++i)
         rows[i] += phs::two_pi_hi * turns[i * angles.size() + size_t(at - angles.begin())];
@@ -47,6 +48,8 @@ void add_state(std::vector<TracePanel>& panels, const Records& records, const st
   }
 }
 
+}  // namespace
+
 std::vector<TracePanel> states_of(const Records& records, std::int64_t most) {
   const auto shown = evenly(records.count(), most);
   const auto angles = records.columns("turns");
@@ -57,8 +60,6 @@ std::vector<TracePanel> states_of(const Records& records, std::int64_t most) {
       add_state(panels, records, group, block, shown, angles, turns);
   return panels;
 }
-
-}  // namespace
 
 WholeRun whole_run(const std::vector<std::unique_ptr<Records>>& phases) {
   WholeRun run;

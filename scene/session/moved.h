@@ -42,6 +42,8 @@ bool has_scene(const std::filesystem::path& folder);
 /// Angles have their turns.
 /// @throws InvalidArgument as replot()
 Motion states_in(const std::filesystem::path& folder, std::int64_t most);
+/// Those panels of one run or phase.
+std::vector<TracePanel> states_of(const Records& records, std::int64_t most);
 
 /// What the phases of a run share, whose records these are. They must outlive it.
 WholeRun whole_run(const std::vector<std::unique_ptr<Records>>& phases);

@@ -1889,12 +1889,12 @@ def moved_in(folder: os.PathLike) -> tuple:
     """The mechanisms of a finished run, one per phase, and names and energies of its actuators, from the scene and the model in its results; empty for a system without a mechanism."""
     ...
 
-def motion_in(folder: os.PathLike, most: int, mechanism: Optional[Mechanism] = None) -> tuple:
-    """How the mechanism of a finished run moved, over its phases: times, and the panels {title with unit: {line: values}}. mechanism: of a model made in code."""
+def motion_of(run: Any, most: int) -> tuple:
+    """How the mechanism of a Result moved, over its phases: times, and the panels {title with unit: {line: values}}."""
     ...
 
-def motion_panels(mechanism: Mechanism, t: list[float], turns: list[str], rows: Callable[[str], list[float]], outputs: list[tuple[str, str]] = []) -> dict:
-    """How a mechanism moved, as {title with unit: {line: values}}. turns: the names behind the columns of "turns"; rows(name): the flat values of a series at the times t, empty where there is none. outputs: name and unit of the scene's outputs."""
+def states_of(run: Any, most: int) -> tuple:
+    """The states of a Result of any system, in the same way."""
     ...
 
 def residual_panel(t: list[float], error: list[float], limit: Optional[float] = None) -> list:
