@@ -42,13 +42,15 @@ void load_bodies(const Mechanism& m, Workspace<T>& w, const T* q,
 template <class J, class T>
 [[gnu::always_inline]] inline void pass_first_moment(const Mechanism& m, const Node& n,
                                                      Workspace<T>& w, size_t i) {
-  screw::Moment<T> a{w.g[i].n, passes::subtree_mass<T>(n)};
+  screw::Moment<T> a{w.g[i].n, passes::subtree_mass(n, w, i)};
   if (passes::about_z<J> && n.axial)
     passes::climb<J>(n, w.screw[i], a);
   else
     a.mc = fma(w.X[i].R, a.mc, a.m * w.X[i].r);
   const size_t parent = size_t(n.parent);
-  w.g[parent].n = a.mc + (n.last_child ? Vec3<T>(m.nodes()[parent].inertia.mc) : w.g[parent].n);
+  w.g[parent].n =
+      a.mc + (n.last_child ? Vec3<T>(passes::own_inertia(m.nodes()[parent], w, parent).mc)
+                           : w.g[parent].n);
 }
 
 /// Leaf → root: articulated inertias and momentum bias, and what `load` needs of subtrees. Without
@@ -61,7 +63,7 @@ void factor(const Mechanism& m, Workspace<T>& w, const T* q, const T* p, Load lo
     visit_joint(n.type, [&](auto J) {
       using Joint = decltype(J);
       if (load != Load::wrench) passes::place_body<Joint>(n, w, i, q);
-      if (load == Load::weight && n.leaf) w.g[i].n = Vec3<T>(n.inertia.mc);
+      if (load == Load::weight && n.leaf) w.g[i].n = Vec3<T>(passes::own_inertia(n, w, i).mc);
       Joint::momentum(q + n.q, p + n.q, w.mu.data() + n.v);
       ArticulatedInertia<T>& A = passes::collected(n, w, i);
       Force<T> b = n.leaf ? passes::zero_force<T>() : w.b[i];
@@ -118,7 +120,7 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
       if (load == Load::weight) {
         field_detail::turn_gravity<Joint>(m, n, w, i);
         const Vec3<T>& g = w.a[i].v;
-        w.g[i] = {cross(w.g[i].n, g), passes::subtree_mass<T>(n) * g};
+        w.g[i] = {cross(w.g[i].n, g), passes::subtree_mass(n, w, i) * g};
       }
       T force[Joint::nv];
       unroll<Joint::nv>([&](auto k) {

@@ -52,7 +52,8 @@ struct ArticulatedInertia {
   Sym3<T> M;
 
   ArticulatedInertia() = default;
-  explicit ArticulatedInertia(const RigidInertia<double>& r)
+  template <class S>
+  explicit ArticulatedInertia(const RigidInertia<S>& r)
       : I(r.I),
         H({T(0.0), T(r.mc.z), T(-r.mc.y)}, {T(-r.mc.z), T(0.0), T(r.mc.x)},
           {T(r.mc.y), T(-r.mc.x), T(0.0)}),
@@ -68,7 +69,8 @@ struct ArticulatedInertia {
     return *this;
   }
   /// Adds a rigid body; skips its zero entries.
-  PORTHOS_INLINE ArticulatedInertia& operator+=(const RigidInertia<double>& r) {
+  template <class S>
+  PORTHOS_INLINE ArticulatedInertia& operator+=(const RigidInertia<S>& r) {
     const T m(r.m);
     const Vec3<T> mc(r.mc);
     I = I + Sym3<T>(r.I);

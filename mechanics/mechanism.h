@@ -102,9 +102,26 @@ class Mechanism {
   int nq_ = 0, nv_ = 0, angles_ = 0;
 };
 
+/// A change of the inertias of a mechanism. Empty: none.
+struct InertiaChanges {
+  std::vector<RigidInertia<double>> inertia_change;               ///< of each node
+  std::vector<double> subtree_mass_change, rotor_inertia_change;  ///< of each; by freedom
+};
+/// That of the numbers of bodies and rotors, in the order of FieldTangent::add_inertial_gradient().
+InertiaChanges inertia_changes(const Mechanism& m, std::span<const double> numbers);
+
+/// How inertias change along the second part of a scalar: of most they do not, but of duals over
+/// lanes, the scalar of second derivatives.
+template <class T>
+struct ChangeOfInertias {};
+template <class T>
+requires phs::is_pack<T>
+struct ChangeOfInertias<phs::BasicDual<T>> : InertiaChanges {
+};
+
 /// Scratch memory of the kernels for one mechanism and scalar: one per thread, allocated once.
 template <class T>
-struct Workspace {
+struct Workspace : ChangeOfInertias<T> {
   explicit Workspace(const Mechanism& m)
       : X(m.nodes().size()),
         screw(m.nodes().size()),

@@ -28,13 +28,63 @@ bool freed_about_z(const Node& n) {
   return J::frees_rotation_about_z && n.rotor_inertia == 0;
 }
 
+template <class T>
+inline constexpr bool inertias_change = requires(Workspace<T> w) {
+  w.inertia_change;
+};
+
+/// x + ε dx
+template <class T>
+T with_change(double x, double dx) {
+  T sum(x);
+  sum.d = sum.d + decltype(sum.d)(dx);
+  return sum;
+}
+/// The inertia of body i; in duals with its change.
+template <class T>
+[[gnu::always_inline]] inline decltype(auto) own_inertia(const Node& n,
+                                                         [[maybe_unused]] const Workspace<T>& w,
+                                                         [[maybe_unused]] size_t i) {
+  if constexpr (inertias_change<T>) {
+    RigidInertia<double> d{0, {0, 0, 0}, {0, 0, 0, 0, 0, 0}};
+    if (!w.inertia_change.empty()) d = w.inertia_change[i];
+    const auto& [m, c, I] = n.inertia;
+    const auto of = [](double x, double dx) { return with_change<T>(x, dx); };
+    return RigidInertia<T>{of(m, d.m),
+                           {of(c.x, d.mc.x), of(c.y, d.mc.y), of(c.z, d.mc.z)},
+                           {of(I.xx, d.I.xx), of(I.xy, d.I.xy), of(I.xz, d.I.xz), of(I.yy, d.I.yy),
+                            of(I.yz, d.I.yz), of(I.zz, d.I.zz)}};
+  } else {
+    return (n.inertia);
+  }
+}
+/// The mass of a body and all that it carries, in the scalar T.
+template <class T>
+T subtree_mass(const Node& n, [[maybe_unused]] const Workspace<T>& w, [[maybe_unused]] size_t i) {
+  if constexpr (inertias_change<T>)
+    return with_change<T>(n.subtree_mass,
+                          w.subtree_mass_change.empty() ? 0 : w.subtree_mass_change[i]);
+  else
+    return phs::is_wide<T> ? T(n.subtree_mass) + T(n.subtree_mass_low) : T(n.subtree_mass);
+}
+
 /// Leaf → root: the articulated inertia of body i before its joint is eliminated, its own plus the
 /// contributions of its children.
 template <class T>
 [[gnu::always_inline]] inline ArticulatedInertia<T>& collected(const Node& n, Workspace<T>& w,
                                                                size_t i) {
-  if (n.leaf) w.A[i] = ArticulatedInertia<T>(n.inertia);
+  if (n.leaf) w.A[i] = ArticulatedInertia<T>(own_inertia(n, w, i));
   return w.A[i];
+}
+
+template <class T>
+[[gnu::always_inline]] inline T rotor_inertia(const Node& n,
+                                              [[maybe_unused]] const Workspace<T>& w) {
+  if constexpr (inertias_change<T>)
+    return with_change<T>(n.rotor_inertia,
+                          w.rotor_inertia_change.empty() ? 0 : w.rotor_inertia_change[size_t(n.v)]);
+  else
+    return T(n.rotor_inertia);
 }
 
 /// Leaf → root, one body: eliminates its joint's freedoms from A_i and b_i, one S_k at a time:
@@ -55,7 +105,7 @@ template <class J, class T>
         U[r] = T(0.0);  // already eliminated; A does not update those rows
     T D = J::template project<k>(n, U);
     if constexpr (J::nv == 1)
-      if (n.rotor_inertia != 0) D = D + T(n.rotor_inertia);
+      if (n.rotor_inertia != 0) D = D + rotor_inertia(n, w);
     const T D_inverse = T(1.0) / D;
     const T u = f[j] - J::template project<k>(n, b);
     Force<T>& K = w.K[j];
@@ -106,7 +156,7 @@ template <class J, class T>
                                                   Workspace<T>& w, size_t i,
                                                   const ArticulatedInertia<T>& A) {
   const size_t parent = size_t(n.parent);
-  const RigidInertia<double>& own = m.nodes()[parent].inertia;
+  decltype(auto) own = own_inertia(m.nodes()[parent], w, parent);
   if constexpr (J::nv == 6) {  // the remaining A is zero
     if (n.last_child) w.A[parent] = ArticulatedInertia<T>(own);
   } else {
@@ -196,12 +246,6 @@ void transposed_lift(const Mechanism& m, const T* q, const T* e, T* rates) {
   for (const Node& n : m.nodes())
     visit_joint(n.type,
                 [&](auto J) { decltype(J)::transposed_lift(q + n.q, e + n.q, rates + n.v); });
-}
-
-/// The mass of a body and all that it carries, in the scalar T.
-template <class T>
-T subtree_mass(const Node& n) {
-  return phs::is_wide<T> ? T(n.subtree_mass) + T(n.subtree_mass_low) : T(n.subtree_mass);
 }
 
 /// The rigid inertia of a body in the scalar T.

@@ -9,8 +9,8 @@
 #include "mechanics/derivatives/linearised_mechanism.h"
 #include "python/arrays.h"
 #include "python/bind.h"
+#include "python/gradient_request.h"
 #include "python/interruptible.h"
-#include "python/keywords.h"
 #include "scene/assemble/assembly.h"
 #include "scene/sensitivity/differentiable.h"
 #include "scene/sensitivity/sensitivity.h"
@@ -18,61 +18,7 @@
 namespace porthos::python {
 namespace {
 
-using integrators::Objective;
 using integrators::RunGradient;
-
-/// A part of the cost from Python: a function of (t, x) that returns (value, gradient).
-Objective::Part part_of(const char* name, const py::object& f) {
-  if (f.is_none()) return {};
-  return [name, f](double t, std::span<const double> x, std::span<double> gradient) {
-    const py::gil_scoped_acquire held;
-    const py::object given = f(t, as_array(std::vector<double>(x.begin(), x.end())));
-    const std::string expected =
-        std::string(name) + "(t, x) returned " + kind_of(given) + ", expected (value, gradient)";
-    if (!py::isinstance<py::tuple>(given) || py::len(given) != 2) throw InvalidArgument(expected);
-    const auto both = given.cast<py::tuple>();
-    const auto g = numbers("gradient", both[1], x.size());
-    std::copy(g.begin(), g.end(), gradient.begin());
-    return number("value", both[0]);
-  };
-}
-
-/// The Hessian of a part of the cost times v, from a function of (t, x, v).
-Objective::Curvature curvature_of(const char* name, const py::object& f) {
-  if (f.is_none()) return {};
-  return [name, f](double t, std::span<const double> x, std::span<const double> v,
-                   std::span<double> product) {
-    const py::gil_scoped_acquire held;
-    const auto array = [](std::span<const double> a) {
-      return as_array(std::vector<double>(a.begin(), a.end()));
-    };
-    const auto given = numbers(name, f(t, array(x), array(v)), x.size());
-    std::copy(given.begin(), given.end(), product.begin());
-  };
-}
-
-/// The cost and how its gradient is computed, as the arguments of both functions give them.
-struct Request {
-  Objective objective;
-  std::vector<double> direction;
-  size_t memory;
-
-  Request(const py::object& end, const py::object& sampled, const py::object& running,
-          size_t memory_, const py::object& along, size_t nx, const py::object& end_curvature,
-          const py::object& sampled_curvature, const py::object& running_curvature)
-      : objective{part_of("end", end),
-                  part_of("sampled", sampled),
-                  part_of("running", running),
-                  curvature_of("end_curvature", end_curvature),
-                  curvature_of("sampled_curvature", sampled_curvature),
-                  curvature_of("running_curvature", running_curvature)},
-        memory(memory_) {
-    if (!along.is_none()) direction = numbers("direction", along, nx);
-    if (along.is_none() &&
-        (objective.end_curvature || objective.sampled_curvature || objective.running_curvature))
-      throw InvalidArgument("a curvature is given without direction, expected both");
-  }
-};
 
 py::dict named(const std::vector<std::string>& names, const std::vector<double>& values) {
   py::dict d;
@@ -82,7 +28,7 @@ py::dict named(const std::vector<std::string>& names, const std::vector<double>&
 
 RunGradient gradient_from(const phs::Model& model, const phs::State& start,
                           const std::function<scene::RunSteps(const std::atomic<bool>&)>& steps,
-                          const std::string& method, const Request& request) {
+                          const std::string& method, const GradientRequest& request) {
   RunGradient r;
   interruptibly([&](const std::atomic<bool>& stop) {
     const scene::RunSteps run = steps(stop);
@@ -93,6 +39,7 @@ RunGradient gradient_from(const phs::Model& model, const phs::State& start,
                                      request.objective,
                                      {.memory = request.memory,
                                       .direction = request.direction,
+                                      .parameter_direction = request.parameter_direction,
                                       .last = run.last(),
                                       .taken = run.taken.steps,
                                       .stop = &stop});
@@ -113,19 +60,21 @@ phs::State state_of(const phs::Model& model, const py::object& x) {
 RunGradient gradient(std::shared_ptr<const phs::Model> model, const py::object& x, double step,
                      std::int64_t steps, const std::string& method, const py::object& end,
                      const py::object& sampled, const py::object& running, size_t memory,
-                     const py::object& direction, const py::object& end_curvature,
-                     const py::object& sampled_curvature, const py::object& running_curvature) {
+                     const py::object& direction, const py::object& parameter_direction,
+                     const py::object& end_curvature, const py::object& sampled_curvature,
+                     const py::object& running_curvature) {
   const auto of_one_size = [&](const std::atomic<bool>&) {
     return scene::RunSteps{.steps = {.size = step, .total = steps}};
   };
   return gradient_from(*model, state_of(*model, x), of_one_size, method,
-                       {end, sampled, running, memory, direction, size_t(model->description().nx),
+                       {*model, end, sampled, running, memory, direction, parameter_direction,
                         end_curvature, sampled_curvature, running_curvature});
 }
 
 RunGradient gradient_of_scene(const scene::Scene& s, const scene::Assembly& a,
                               const py::object& end, const py::object& sampled,
                               const py::object& running, size_t memory, const py::object& direction,
+                              const py::object& parameter_direction,
                               const py::object& end_curvature, const py::object& sampled_curvature,
                               const py::object& running_curvature) {
   const scene::Steps steps = scene::differentiable_steps(s, a);
@@ -133,8 +82,8 @@ RunGradient gradient_of_scene(const scene::Scene& s, const scene::Assembly& a,
     return scene::run_steps(s, a, steps, &stop);
   };
   return gradient_from(*a.model, a.initial, of_run, s.method,
-                       {end, sampled, running, memory, direction, a.initial.x.size(), end_curvature,
-                        sampled_curvature, running_curvature});
+                       {*a.model, end, sampled, running, memory, direction, parameter_direction,
+                        end_curvature, sampled_curvature, running_curvature});
 }
 
 void require_end(integrators::Outcome outcome, const std::string& remark) {
@@ -233,7 +182,8 @@ void bind_derivatives(py::module_& m) {
           "dJ/dtheta by name, with the state at the start kept.")
       .def_property_readonly(
           "start_along", [](const RunGradient& g) { return as_array(g.start_along); },
-          "The change of start along the direction, d2J/dx2 times it, (nx,); empty without one.")
+          "The change of start along the direction, (nx,): d2J/dx2 times it, and that by its "
+          "parameters; empty without one.")
       .def_property_readonly(
           "parameters_along",
           [](const RunGradient& g) {
@@ -256,8 +206,8 @@ void bind_derivatives(py::module_& m) {
       py::kw_only(), py::arg("method") = "gauss16", py::arg("end") = py::none(),
       py::arg("sampled") = py::none(), py::arg("running") = py::none(),
       py::arg("memory") = size_t(64) << 20, py::arg("direction") = py::none(),
-      py::arg("end_curvature") = py::none(), py::arg("sampled_curvature") = py::none(),
-      py::arg("running_curvature") = py::none(),
+      py::arg("parameter_direction") = py::none(), py::arg("end_curvature") = py::none(),
+      py::arg("sampled_curvature") = py::none(), py::arg("running_curvature") = py::none(),
       R"(The gradient of a run of `steps` steps [s] from the state x (nx,), by the discrete adjoint: exact to rounding for
 the numbers the run computes. It takes the time of a few runs, however many parameters there are.
 
@@ -269,15 +219,15 @@ network; networks with controllers or wrenches have none. memory: bytes for stag
 
 direction (nx,): a change of the start, along which the gradient is differentiated too: start_along is the product of the
 Hessian of J with it, parameters_along that of the mixed derivatives, exact to rounding as the gradient (tangent over
-adjoint). end_curvature and the others are functions of (t, x, v) that return the Hessian of their part times v; without
+adjoint). parameter_direction: a change of parameters by name, {"link_3.mass": 1.0}, which the direction goes along too. end_curvature and the others are functions of (t, x, v) that return the Hessian of their part times v; without
 one, its gradient is differenced, with an error of some 1e-10.
 
 Raises InvalidArgument for a method without it (docs/derivatives.md, "What is covered"), a model with constraints or
 sampled controllers, a direction in a system without second derivatives, and RuntimeError where a step or its adjoint does not converge.)");
   m.def("gradient_of_scene", &gradient_of_scene, py::arg("scene"), py::arg("assembly"),
         py::arg("end"), py::arg("sampled"), py::arg("running"), py::arg("memory"),
-        py::arg("direction"), py::arg("end_curvature"), py::arg("sampled_curvature"),
-        py::arg("running_curvature"), "What Scene.gradient() calls.");
+        py::arg("direction"), py::arg("parameter_direction"), py::arg("end_curvature"),
+        py::arg("sampled_curvature"), py::arg("running_curvature"), "What Scene.gradient() calls.");
   m.def(
       "monodromy", &monodromy, py::arg("model"), py::arg("x"), py::arg("step"), py::arg("steps"),
       py::kw_only(), py::arg("method") = "gauss16",

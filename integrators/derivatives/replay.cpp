@@ -12,8 +12,11 @@ Replay::Replay(const std::string& method, const phs::Model& model, double h,
       method_(pieces_.method()),
       tangent_(std::span<const double>(options.direction)),
       n_(size_t(model.description().nx)) {
-  if (options.direction.empty()) return;
-  require_size("direction", options.direction.size(), n_);
+  if (!options.has_direction()) return;
+  if (options.direction.empty()) tangent_ = TwoWords(n_);
+  require_size("direction", tangent_.x.size(), n_);
+  if (!options.parameter_direction.empty())
+    of_field_ = std::make_unique<FieldChange>(model, pieces_, options.parameter_direction);
   along_ = make_step_variation(model, pieces_, StepVariation::Side::tangent);
   tangent_stages_.resize(pieces_.count() * size_t(pieces_.table().s) * n_);
 }
@@ -120,7 +123,8 @@ bool Replay::tangent_forwards() {
   for (size_t i = 0; i < pieces_.count(); ++i) {
     const StepPiece piece = pieces_[i];
     along_->at(piece, state_.turns);
-    if (const Outcome o = along_->advance(tangent_); o != Outcome::ok)
+    const auto changes = of_field_ ? of_field_->at(piece, state_.turns) : std::span<const double>();
+    if (const Outcome o = along_->advance(tangent_, changes); o != Outcome::ok)
       return give_up(o,
                      "the tangent of the step at t = " + number(piece.t) + " s: " + to_string(o));
     along_->stages(std::span(tangent_stages_).subspan(i * stages, stages));

@@ -1,5 +1,6 @@
 #pragma once
 #include "integrators/derivatives/run_gradient.h"
+#include "integrators/derivatives/second_adjoint.h"
 
 namespace porthos::integrators {
 
@@ -71,7 +72,8 @@ class Replay {
   const GradientOptions& options_;
   StepPieces pieces_;
   Integrator& method_;
-  std::unique_ptr<StepVariation> along_;  ///< null without a direction
+  std::unique_ptr<StepVariation> along_;   ///< null without a direction
+  std::unique_ptr<FieldChange> of_field_;  ///< null without parameters in it
   TwoWords tangent_;
   std::vector<double> tangent_stages_;
   size_t n_;

@@ -19,10 +19,13 @@ struct Descent {
   TwoWords lambda_along, parameters_along;
   double size_at_end = 0;
 
-  Descent(const Objective& J, const phs::Model& model, const StepPieces& pieces, bool twice)
+  Descent(const Objective& J, const phs::Model& model, const StepPieces& pieces,
+          const GradientOptions& options)
       : objective(J),
         adjoint(make_step_variation(model, pieces, StepVariation::Side::adjoint)),
-        second(twice ? make_second_adjoint(model, pieces) : nullptr),
+        second(options.has_direction()
+                   ? make_second_adjoint(model, pieces, options.parameter_direction)
+                   : nullptr),
         lambda(size_t(model.description().nx)),
         parameters(adjoint->parameters().size()),
         cost(1),
@@ -43,8 +46,7 @@ class Backwards final : public Replay {
         x_(n_),
         gradient_(n_),
         gradient_along_(n_) {
-    for (const Objective& J : objectives)
-      descents_.emplace_back(J, model, pieces(), !options.direction.empty());
+    for (const Objective& J : objectives) descents_.emplace_back(J, model, pieces(), options);
     for (const auto& b : model.description().blocks)
       if (b.kind == phs::BlockKind::angle) angle_at_.push_back(size_t(b.at));
   }

@@ -37,6 +37,10 @@ struct GradientOptions {
   size_t memory = size_t(64) << 20;
   /// δx_0, size nx: products with the Hessian too, tangent over adjoint. Empty: none.
   std::vector<double> direction = {};
+  /// δθ of the parameters, size of RunGradient::names: the direction goes along these too. Empty:
+  /// none.
+  std::vector<double> parameter_direction = {};
+  bool has_direction() const { return !direction.empty() || !parameter_direction.empty(); }
   double last = 0;  ///< a last step of another size after the others [s]; 0: none
   /// The steps of a run under a step control (taken_steps()), instead of steps h; empty: none.
   /// Their sizes are constants of the gradient, which is exact for this sequence of steps.
@@ -54,8 +58,8 @@ struct RunGradient {
   std::vector<double> start;       ///< ∂J/∂x_0, size nx
   std::vector<std::string> names;  ///< of parameters, as phs::Linearised::parameters()
   std::vector<double> parameters;  ///< ∂J/∂θ with x_0 kept
-  /// The changes of `start` and `parameters` along GradientOptions::direction: ∂²J/∂x_0² δx_0 and
-  /// ∂²J/∂θ∂x_0 δx_0, exact to rounding as these. Empty without a direction.
+  /// The changes of `start` and `parameters` along the direction of the options, exact to rounding
+  /// as these: ∂²J/∂x_0² δx_0 + ∂²J/∂x_0∂θ δθ and ∂²J/∂θ∂x_0 δx_0 + ∂²J/∂θ² δθ. Empty without one.
   std::vector<double> start_along, parameters_along;
   /// ∂J/∂T by the duration, all steps made longer alike, if no part of J depends on t itself; NaN
   /// for a field that does, and without steps [1/s].

@@ -27,8 +27,26 @@ class SecondAdjoint {
 };
 
 /// The model must outlive the result.
-/// @throws InvalidArgument as phs::linearise_in_duals(); for Störmer-Verlet with quaternions
+/// @param parameters  δθ of the direction; empty: none. Then δℓ and D²f along it contain them too
+/// @throws InvalidArgument as phs::linearise_in_duals() and Linearised::along_parameters(); for
+///   Störmer-Verlet with quaternions; for another number of parameters than the system has
 std::unique_ptr<SecondAdjoint> make_second_adjoint(const phs::Model& model,
-                                                   const StepPieces& pieces);
+                                                   const StepPieces& pieces,
+                                                   std::span<const double> parameters = {});
+
+/// What a change of the parameters adds to the field, ∂f/∂θ δθ, at the stages of a step.
+class FieldChange {
+ public:
+  /// The model must outlive it. @throws InvalidArgument as make_second_adjoint()
+  FieldChange(const phs::Model& model, const StepPieces& pieces,
+              std::span<const double> parameters);
+  ~FieldChange();
+  /// Size s · nx, until the next call.
+  std::span<const double> at(const StepPiece& step, const std::vector<std::int64_t>& turns);
+
+ private:
+  std::unique_ptr<class FieldsInDuals> fields_;
+  std::vector<double> changes_;
+};
 
 }  // namespace porthos::integrators

@@ -155,11 +155,12 @@ void FieldTangent<T>::at(In q, In p, Out q_dot, Out p_dot) {
   }
   if (moment_.empty()) return;
   passes::place_axial_bodies(m_, w_);
-  for (size_t i = 0; i < nodes.size(); ++i) moment_[i] = Vec3<T>(nodes[i].inertia.mc);
+  for (size_t i = 0; i < nodes.size(); ++i)
+    moment_[i] = Vec3<T>(passes::own_inertia(nodes[i], w_, i).mc);
   for (size_t i = nodes.size(); i-- > 0;) {
     const Node& n = nodes[i];
     if (n.parent < 0) continue;
-    const T mass = passes::subtree_mass<T>(n);
+    const T mass = passes::subtree_mass(n, w_, i);
     moment_[size_t(n.parent)] += fma(w_.X[i].R, moment_[i], mass * w_.X[i].r);
   }
 }
@@ -202,7 +203,7 @@ void FieldTangent<T>::up(In dq, In dp) {
     const Vec3<T> turned = cross(w_.a[i].v, zeta_[i].w);  // change of gravity by the own turn
     turn_[i] = turned;
     if (n.parent < 0) continue;
-    const T mass = passes::subtree_mass<T>(n);
+    const T mass = passes::subtree_mass(n, w_, i);
     const Force<T> own{cross(moment_[i], turned), mass * turned};
     rho_[size_t(n.parent)] += w_.X[i].to_parent(rho_[i] + own + cross(zeta_[i], w_.g[i]));
   }
@@ -226,7 +227,7 @@ void FieldTangent<T>::down(In dq, In dp, Out dq_dot, Out dp_dot) {
     if (weighs) {
       dgamma_[i] = root ? turn_[i] : turn_[i] + w_.X[i].R.tmul(dgamma_[size_t(n.parent)]);
       b.g = w_.g[i];
-      b.dg = Force<T>{cross(moment_[i], dgamma_[i]), passes::subtree_mass<T>(n) * dgamma_[i]} +
+      b.dg = Force<T>{cross(moment_[i], dgamma_[i]), passes::subtree_mass(n, w_, i) * dgamma_[i]} +
              rho_[i];
     }
     visit_joint(n.type, [&](auto J) {

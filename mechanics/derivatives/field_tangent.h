@@ -40,6 +40,11 @@ class FieldTangent {
   /// gradient += weight · D_w ∂H/∂θ at fixed momenta, along the direction w of the last product.
   /// After transpose_times() that is weight · ∂(λᵀf)/∂θ, because λᵀf = w·∇H. Size inertial_count().
   void add_inertial_gradient(const T& weight, Out gradient);
+  /// In duals: from the next at() on these numbers change along the second part.
+  void along_inertias(std::span<const double> change) {
+    if constexpr (requires { w_.inertia_change; })
+      static_cast<InertiaChanges&>(w_) = inertia_changes(m_, change);
+  }
 
  private:
   void up(In dq, In dp);

@@ -27,6 +27,11 @@ class LinearisedMechanism final : public phs::Linearised<T> {
         rate_(deflection_.size()),
         lambda_p_(deflection_.size()),
         w_(2 * n_) {
+    for (const JointProperties& j : m.joint_properties()) {
+      stiffness_.emplace_back(j.stiffness);
+      damping_.emplace_back(j.damping);
+      rest_.emplace_back(j.rest);
+    }
     for (const BodyFrame& body : m.bodies())
       if (body.node >= 0)
         for (const char* number :
@@ -42,16 +47,16 @@ class LinearisedMechanism final : public phs::Linearised<T> {
     tangent_.at(q(x), p(x), q(dx), p(dx));
     each_joint([&](const JointProperties& j, size_t k) {
       const size_t a = size_t(j.q);
-      deflection_[k] = x[a] - T(j.rest) + (j.turn >= 0 ? turns_[size_t(j.turn)] : T(0.0));
+      deflection_[k] = x[a] - rest_[k] + (j.turn >= 0 ? turns_[size_t(j.turn)] : T(0.0));
       rate_[k] = dx[a];
-      dx[n_ + a] = dx[n_ + a] - T(j.stiffness) * deflection_[k] - T(j.damping) * rate_[k];
+      dx[n_ + a] = dx[n_ + a] - stiffness_[k] * deflection_[k] - damping_[k] * rate_[k];
     });
   }
   void times(In v, Out out) override {
     tangent_.times(q(v), p(v), q(out), p(out));
-    each_joint([&](const JointProperties& j, size_t) {
+    each_joint([&](const JointProperties& j, size_t k) {
       const size_t a = size_t(j.q);
-      out[n_ + a] = out[n_ + a] - T(j.stiffness) * v[a] - T(j.damping) * out[a];
+      out[n_ + a] = out[n_ + a] - stiffness_[k] * v[a] - damping_[k] * out[a];
     });
   }
   void transpose_times(In lambda, Out out) override {
@@ -62,13 +67,13 @@ class LinearisedMechanism final : public phs::Linearised<T> {
     each_joint([&](const JointProperties& j, size_t k) {
       const size_t a = size_t(j.q);
       lambda_p_[k] = lambda[n_ + a];
-      w_[n_ + a] = w_[n_ + a] - T(j.damping) * lambda_p_[k];
+      w_[n_ + a] = w_[n_ + a] - damping_[k] * lambda_p_[k];
     });
     tangent_.times(q(In(w_)), p(In(w_)), p(out), q(out));
     for (T& x : q(out)) x = -x;
     each_joint([&](const JointProperties& j, size_t k) {
       const size_t a = size_t(j.q);
-      out[a] = out[a] - T(j.stiffness) * lambda_p_[k];
+      out[a] = out[a] - stiffness_[k] * lambda_p_[k];
     });
   }
 
@@ -77,12 +82,29 @@ class LinearisedMechanism final : public phs::Linearised<T> {
     const size_t inertial = FieldTangent<T>::inertial_count(m_), joints = deflection_.size();
     tangent_.add_inertial_gradient(weight, gradient.first(inertial));
     const Out own = gradient.subspan(inertial);
-    each_joint([&](const JointProperties& j, size_t k) {
+    each_joint([&](const JointProperties&, size_t k) {
       const T force = weight * lambda_p_[k];
       own[k] = own[k] - force * deflection_[k];
       own[joints + k] = own[joints + k] - force * rate_[k];
-      own[2 * joints + k] = own[2 * joints + k] + force * T(j.stiffness);
+      own[2 * joints + k] = own[2 * joints + k] + force * stiffness_[k];
     });
+  }
+
+  void along_parameters(std::span<const double> change) override {
+    if constexpr (passes::inertias_change<T>) {
+      const size_t inertial = FieldTangent<T>::inertial_count(m_), joints = deflection_.size();
+      each_joint([&](const JointProperties& j, size_t k) {
+        const double* own = change.data() + inertial + k;
+        if (own[-std::ptrdiff_t(joints)] != 0 && j.rotor_inertia == 0)
+          throw InvalidArgument("a direction of second derivatives has '" + j.joint +
+                                ".rotor_inertia', which is 0, expected that of a joint with a "
+                                "rotor");
+        stiffness_[k] = passes::with_change<T>(j.stiffness, own[0]);
+        damping_[k] = passes::with_change<T>(j.damping, own[joints]);
+        rest_[k] = passes::with_change<T>(j.rest, own[2 * joints]);
+      });
+      tangent_.along_inertias(change.first(inertial));
+    }
   }
 
   /// The joints' own ports come first; those of one freedom are plain.
@@ -114,6 +136,7 @@ class LinearisedMechanism final : public phs::Linearised<T> {
   size_t n_;
   FieldTangent<T> tangent_;
   std::vector<T> turns_, deflection_, rate_, lambda_p_;  ///< of joints: at the point; of λ
+  std::vector<T> stiffness_, damping_, rest_;            ///< of joints
   std::vector<T> w_;
   std::vector<std::string> names_;
 };

@@ -87,6 +87,7 @@ class NetworkLinearised final : public Linearised<T> {
       for (const auto& name : members_.back()->parameters()) names_.push_back(prefix + name);
     }
     own_ = names_.size();
+    factors_.assign(p_.springs.size() + p_.laws.size() + p_.sources.size(), T(1.0));
     const auto element = [&](const auto& e) { names_.push_back(e.name + ".factor"); };
     std::ranges::for_each(p_.springs, element);
     std::ranges::for_each(p_.laws, element);
@@ -108,25 +109,25 @@ class NetworkLinearised final : public Linearised<T> {
     each(p_.springs, [&](const auto& s, size_t k) {
       const T turned = s.turn >= 0 ? turns_[size_t(s.turn)] : T(0.0);
       springs_[k].evaluate(*s.U.slope, x[size_t(s.q)] + turned);
-      at_momentum(dx, s) = at_momentum(dx, s) - springs_[k].force;
+      at_momentum(dx, s) = at_momentum(dx, s) - of_spring(k) * springs_[k].force;
     });
     each(p_.laws, [&](const auto& l, size_t k) {
       laws_[k].evaluate(*l.law, rate(dx, l.row));
-      momentum(dx, l.row) = momentum(dx, l.row) - laws_[k].force;
+      momentum(dx, l.row) = momentum(dx, l.row) - of_law(k) * laws_[k].force;
     });
     each(p_.sources, [&](const auto& s, size_t k) {
       sources_[k] = value_at(*s.v, t);
-      momentum(dx, s.row) = momentum(dx, s.row) + sources_[k];
+      momentum(dx, s.row) = momentum(dx, s.row) + of_source(k) * sources_[k];
     });
     couple(dx);
   }
   void times(In v, Out out) override {
     for (size_t i = 0; i < members_.size(); ++i) members_[i]->times(state(i, v), state(i, out));
     each(p_.springs, [&](const auto& s, size_t k) {
-      at_momentum(out, s) = at_momentum(out, s) - springs_[k].slope * v[size_t(s.q)];
+      at_momentum(out, s) = at_momentum(out, s) - of_spring(k) * springs_[k].slope * v[size_t(s.q)];
     });
     each(p_.laws, [&](const auto& l, size_t k) {
-      momentum(out, l.row) = momentum(out, l.row) - laws_[k].slope * rate(out, l.row);
+      momentum(out, l.row) = momentum(out, l.row) - of_law(k) * laws_[k].slope * rate(out, l.row);
     });
     couple(out);
   }
@@ -134,7 +135,7 @@ class NetworkLinearised final : public Linearised<T> {
     std::copy(lambda.begin(), lambda.end(), lambda_.begin());
     std::copy(lambda.begin(), lambda.end(), mu_.begin());
     each(p_.laws, [&](const auto& l, size_t k) {
-      rate(mu_, l.row) = rate(mu_, l.row) - laws_[k].slope * momentum(lambda_, l.row);
+      rate(mu_, l.row) = rate(mu_, l.row) - of_law(k) * laws_[k].slope * momentum(lambda_, l.row);
     });
     for (const auto& b : p_.B)
       rate(mu_, b.col) = rate(mu_, b.col) + T(b.factor) * momentum(lambda_, b.row);
@@ -142,7 +143,7 @@ class NetworkLinearised final : public Linearised<T> {
       members_[i]->transpose_times(state(i, In(mu_)), state(i, out));
     each(p_.springs, [&](const auto& s, size_t k) {
       T& to = out[size_t(s.q)];
-      to = to - springs_[k].slope * at_momentum(lambda_, s);
+      to = to - of_spring(k) * springs_[k].slope * at_momentum(lambda_, s);
     });
   }
 
@@ -163,6 +164,17 @@ class NetworkLinearised final : public Linearised<T> {
          [&](const auto& s, size_t k) { add(at_momentum(lambda_, s), -springs_[k].force); });
     each(p_.laws, [&](const auto& l, size_t k) { add(momentum(lambda_, l.row), -laws_[k].force); });
     each(p_.sources, [&](const auto& s, size_t k) { add(momentum(lambda_, s.row), sources_[k]); });
+  }
+
+  void along_parameters(std::span<const double> change) override {
+    size_t at = 0;
+    for (const auto& member : members_) {
+      const size_t count = member->parameters().size();
+      member->along_parameters(change.subspan(at, count));
+      at += count;
+    }
+    if constexpr (std::is_same_v<T, WideDual>)
+      for (size_t k = 0; k < factors_.size(); ++k) factors_[k].d = decltype(T::d)(change[own_ + k]);
   }
 
   Plain input(int i) const override { return plain_[size_t(p_.open[size_t(i)])]; }
@@ -191,6 +203,10 @@ class NetworkLinearised final : public Linearised<T> {
   static auto& at_momentum(Vector& x, const Plan::Spring& s) {
     return x[size_t(s.p)];
   }
+  /// Factors of elements, 1 but for their change.
+  const T& of_spring(size_t k) const { return factors_[k]; }
+  const T& of_law(size_t k) const { return factors_[p_.springs.size() + k]; }
+  const T& of_source(size_t k) const { return factors_[p_.springs.size() + p_.laws.size() + k]; }
   template <class Elements, class Visit>
   static void each(const Elements& elements, const Visit& visit) {
     for (size_t k = 0; k < elements.size(); ++k) visit(elements[k], k);
@@ -204,7 +220,7 @@ class NetworkLinearised final : public Linearised<T> {
   const Plan& p_;
   std::vector<std::unique_ptr<Linearised<T>>> members_;
   std::vector<Plain> plain_;  ///< by input
-  std::vector<T> lambda_, mu_, turns_;
+  std::vector<T> lambda_, mu_, turns_, factors_;
   std::vector<ForceWithSlope<T>> springs_, laws_;
   std::vector<T> sources_;
   std::vector<std::string> names_;

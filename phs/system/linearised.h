@@ -47,6 +47,11 @@ class Linearised {
   /// As System::set_turn_angles, before at().
   virtual void set_turn_angles(In angles) = 0;
 
+  /// In duals: from the next at() on the parameters change along the second part too, so that of f
+  /// is ∂f/∂θ θ' besides. Size of parameters().
+  /// @throws InvalidArgument along a rotor's inertia that is 0
+  virtual void along_parameters(std::span<const double> change) { (void)change; }
+
  private:
   std::vector<std::string> none_;
 };

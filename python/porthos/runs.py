@@ -145,15 +145,15 @@ class Scene:
         return Plan(json.loads(summary), out)
 
     def gradient(self, *, end: CostPart = None, sampled: CostPart = None, running: CostPart = None,
-                 memory: int = 64 << 20, direction: Any = None, end_curvature: Curvature = None, sampled_curvature: Curvature = None,
-                 running_curvature: Curvature = None) -> _core.Gradient:
+                 memory: int = 64 << 20, direction: Any = None, parameter_direction: Mapping[str, float] | None = None,
+                 end_curvature: Curvature = None, sampled_curvature: Curvature = None, running_curvature: Curvature = None) -> _core.Gradient:
         """The gradient of the scene's run from its start, see gradient(); of the model's state, where the centre of mass may be taken out.
 
         With a step control the steps are those of the run; their own change is not in the derivative, of the order of the
         method's error. Raises InvalidArgument for events, an orbit, and all that gradient() refuses.
         """
-        return _core.gradient_of_scene(self.data, self.assembly, end, sampled, running, memory, direction, end_curvature,
-                                       sampled_curvature, running_curvature)
+        return _core.gradient_of_scene(self.data, self.assembly, end, sampled, running, memory, direction, parameter_direction,
+                                       end_curvature, sampled_curvature, running_curvature)
 
     def sensitivity(self, of: str | Sequence[str] = (), *, by: str | Sequence[str] = (), uncertainty: float | None = None, threads: int = 0) -> Sensitivity:
         """On which parameters and start values the end of the scene's run depends, in the time of a few runs for each quantity.

@@ -85,7 +85,8 @@ struct Identification {
 
 /// Fits parameters so that the run of a scene has what a log says at its times, in least squares
 /// over the whole run (output error). The start is the scene's, or, where the log has all rates and
-/// that run is nearer to it, what the momenta tell of the bodies. The run lasts as long as the log. Each iteration costs a run and a run with a tangent for each parameter.
+/// that run is nearer to it, what the momenta tell of the bodies. The run lasts as long as the log.
+/// Each iteration costs a run and a run with a tangent for each parameter.
 /// @param log  path of the file, as read_log()
 /// @throws InvalidArgument as differentiable_steps(), phs::linearise(), Unknowns, read_log(); for
 ///   [[actuator]]s, and for a log with fewer numbers than parameters

@@ -86,6 +86,22 @@ def test_products_with_the_hessian_are_the_change_of_the_gradient():
             gradient(x, **more)
 
 
+def test_a_direction_along_parameters_is_the_change_of_the_gradient():
+    x, by = np.array([1.25, 0.5]), 2.0 ** -15
+
+    def gradient(damping, **more):
+        return ph.gradient(pendulum(damping=damping), x, 1 / 16, 40, end=end, **more)
+
+    g = gradient(0.125, parameter_direction={"hinge.damping": 2.0})
+    up, down = gradient(0.125 + by), gradient(0.125 - by)
+    change = (up.start - down.start) / by
+    of_damping = (up.parameters["hinge.damping"] - down.parameters["hinge.damping"]) / by
+    assert np.abs(g.start_along - change).max() < 1e-7 * np.abs(change).max()
+    assert abs(g.parameters_along["hinge.damping"] - of_damping) < 1e-7 * abs(of_damping)
+    refused(lambda: gradient(0.125, parameter_direction={"hinge.dampin": 1.0}), "'hinge.dampin', which is none of")
+    refused(lambda: gradient(0.125, parameter_direction=[1.0]), "expected numbers by name")
+
+
 def test_no_cost_is_no_gradient():
     model = pendulum()
     g = ph.gradient(model, model.state([1.0], [0.0]), 0.1, 3)
