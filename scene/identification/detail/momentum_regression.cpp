@@ -70,11 +70,16 @@ class Balance {
       p.col(Index(i + 1)) -= sum;
     }
     p.colwise() -= VectorXd(p.rowwise().mean());
-    p = Eigen::Map<const VectorXd>(per_noise_.data(), Index(n_)).asDiagonal() * p;
-    return Eigen::Map<const VectorXd>(p.data(), p.size());
+    const Index every = 1 + (p.cols() - 1) / most, count = 1 + (p.cols() - 1) / every;
+    VectorXd kept(Index(n_) * count);
+    for (Index i = 0; i < count; ++i)
+      kept.segment(i * Index(n_), Index(n_)) =
+          Eigen::Map<const VectorXd>(per_noise_.data(), Index(n_)).cwiseProduct(p.col(i * every));
+    return kept;
   }
 
  private:
+  static constexpr Index most = 4000;  ///< times whose balance counts, of a long log
   /// δp = M δv, at the first, middle and last of the times.
   void weigh(const mechanics::MechanicalModel& model) {
     std::vector<double> v(motion_.sigma.size(), 0.0);
