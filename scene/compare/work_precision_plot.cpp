@@ -61,8 +61,29 @@ struct Line {
 struct Box {
   double x1, y1, x2, y2;
   bool meets(const Box& o) const { return x1 < o.x2 && o.x1 < x2 && y1 < o.y2 && o.y1 < y2; }
+  Box wider(double by) const { return {x1 - by, y1 - by, x2 + by, y2 + by}; }
   bool holds(const Dot& d) const { return d.x > x1 && d.x < x2 && d.y > y1 && d.y < y2; }
+  /// Whether the line from p to q passes it (Liang, Barsky 1984).
+  bool meets(const Dot& p, const Dot& q) const {
+    double from = 0, to = 1;
+    const auto cut = [&](double at, double along, double low, double high) {
+      if (along == 0) return at > low && at < high;
+      const double f = (low - at) / along, g = (high - at) / along;
+      from = std::max(from, std::min(f, g));
+      to = std::min(to, std::max(f, g));
+      return from < to;
+    };
+    return cut(p.x, q.x - p.x, x1, x2) && cut(p.y, q.y - p.y, y1, y2);
+  }
 };
+
+/// Whether the lines p q and r s cross.
+bool cross(const Dot& p, const Dot& q, const Dot& r, const Dot& s) {
+  const auto side = [](const Dot& a, const Dot& b, const Dot& c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x) > 0;
+  };
+  return side(p, q, r) != side(p, q, s) && side(r, s, p) != side(r, s, q);
+}
 
 /// "2.3e4 s" of simulated time as people write it.
 std::string seconds(double s) { return fmt::format("{:g} s", s); }
@@ -224,41 +245,49 @@ class Plot {
     svg_->marker(l.shape, d.x, d.y, rival ? 3.6 : 3.2, rival ? "#ffffff" : l.colour, l.colour);
   }
 
-  /// Writes the name beside the line if there is room for it: on no dot and no other name, and if
-  /// possible on no line. The legend names every line in any case.
+  /// Writes the name beside a dot of the line where it is on no line, dot or other name; where that
+  /// is only farther away, with a thin line from the dot. Else the legend alone names it.
   void label(const Line& l) {
     const std::string name = l.of->label();
     const double w = 1.08 * text_width(name, label_size);
-    const std::pair<double, double> places[] = {{9, 4},         {-9 - w, 4}, {-0.5 * w, -9},
-                                                {-0.5 * w, 17}, {7, -6},     {-7 - w, -6},
-                                                {7, 14},        {-7 - w, 14}};
-    for (const bool on_lines : {false, true})
+    for (const double far : {0.0, 14.0, 30.0, 48.0})
       for (size_t i = 0; i < l.dots.size(); ++i)
-        for (const auto& [dx, dy] : places) {
-          // From both ends inwards.
+        for (const double towards : {0.0, 0.5, 1.0, 0.75, 0.25, 0.875, 0.625, 0.375, 0.125}) {
+          // From both ends inwards; right of the dot first, then around it.
           const Dot& d = l.dots[i % 2 ? l.dots.size() - 1 - i / 2 : i / 2];
-          const Box box{d.x + dx - 2, d.y + dy - 10, d.x + dx + w + 2, d.y + dy + 3};
-          if (!free(box, on_lines)) continue;
+          const double c = std::cos(2 * M_PI * towards), s = std::sin(2 * M_PI * towards);
+          const Dot at{d.x + (9 + far) * c + 0.5 * w * (c - 1), d.y + (13 + far) * s + 4};
+          const Box box{at.x - 2, at.y - 10, at.x + w + 2, at.y + 3};
+          const Dot end{std::clamp(d.x, box.x1, box.x2), std::clamp(d.y, box.y1, box.y2)};
+          if (!free(box) || (far > 0 && !is_clear(l, d, end))) continue;
           taken_.push_back(box);
+          if (far > 0) svg_->rule(d.x, d.y, end.x, end.y, l.colour, 0.7);
           svg_->text(
-              d.x + dx, d.y + dy, "start", label_size, l.colour, name,
+              at.x, at.y, "start", label_size, l.colour, name,
               R"( font-weight="600" stroke="#ffffff" stroke-width="3" paint-order="stroke")");
           return;
         }
   }
-  bool free(const Box& b, bool on_lines) const {
+  bool free(const Box& b) const {
+    constexpr double of_dot = 4;
     if (b.x1 < left || b.x2 > right || b.y1 < top - 8 || b.y2 > bottom_) return false;
+    if (const double at = y(target_); at > b.y1 && at < b.y2) return false;
     for (const Box& t : taken_)
       if (b.meets(t)) return false;
     for (const Line& l : lines_)
       for (size_t i = 0; i < l.dots.size(); ++i) {
-        if (b.holds(l.dots[i])) return false;
-        for (int k = 1; i > 0 && !on_lines && k < 24; ++k) {  // along the line to the dot before
-          const Dot &p = l.dots[i - 1], &q = l.dots[i];
-          const double f = k / 24.0;
-          if (b.holds({p.x + f * (q.x - p.x), p.y + f * (q.y - p.y)})) return false;
-        }
+        if (b.wider(of_dot).holds(l.dots[i])) return false;
+        if (i > 0 && b.wider(1).meets(l.dots[i - 1], l.dots[i])) return false;
       }
+    return true;
+  }
+  /// Whether the line from a dot to its name passes no other line or name.
+  bool is_clear(const Line& own, const Dot& from, const Dot& to) const {
+    for (const Box& t : taken_)
+      if (t.meets(from, to)) return false;
+    for (const Line& l : lines_)
+      for (size_t i = 1; &l != &own && i < l.dots.size(); ++i)
+        if (cross(from, to, l.dots[i - 1], l.dots[i])) return false;
     return true;
   }
 
