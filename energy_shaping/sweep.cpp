@@ -8,6 +8,7 @@
 #include <cmath>
 #include <thread>
 
+#include "energy_shaping/run.h"
 #include "energy_shaping/runge_kutta.h"
 #include "mechanics/crba.h"
 #include "phs/error.h"
@@ -30,6 +31,7 @@ class Runs {
         n_(o.start.size()),
         x_(n_),
         u_(size_t(loop.plant().description().nu)),
+        less_(u_),
         kutta_(n_) {}
 
   void run(const std::vector<std::vector<double>>& gains, size_t first,
@@ -73,18 +75,32 @@ class Runs {
  private:
   void inputs(Pack8& peak) {
     system_->law(Pack8(0.0), x_, u_);
+    limit();
     for (const int a : loop_.actuated()) peak = phs::max(peak, phs::abs(u_[size_t(a)]));
   }
+  /// Of the law's u what the actuators give; what they do not is in less_.
+  void limit() {
+    for (size_t j = 0; j < o_.limits.size(); ++j) {
+      const auto a = size_t(loop_.actuated()[j]);
+      const Pack8 most(o_.limits[j]), given = phs::max(phs::min(u_[a], most), -most);
+      less_[a] = given - u_[a];
+      u_[a] = given;
+    }
+  }
   void step() {
-    kutta_.step(o_.step, x_,
-                [&](const Lanes& x, Lanes& dx) { system_->field(Pack8(0.0), x, {}, dx); });
+    kutta_.step(o_.step, x_, [&](const Lanes& x, Lanes& dx) {
+      if (o_.limits.empty()) return system_->field(Pack8(0.0), x, {}, dx);
+      system_->law(Pack8(0.0), x, u_);
+      limit();
+      system_->field(Pack8(0.0), x, less_, dx);
+    });
   }
 
   const ClosedLoop& loop_;
   const SweepOptions& o_;
   std::unique_ptr<LoopSystem<Pack8>> system_;
   size_t n_;
-  Lanes x_, u_;
+  Lanes x_, u_, less_;
   RungeKutta<Pack8> kutta_;
 };
 
@@ -98,6 +114,7 @@ std::vector<SweepResult> sweep(const ClosedLoop& loop,
     throw InvalidArgument("'" + loop.description().name + "' has no gains that could be swept");
   for (const auto& row : gains) require_size("a row of gains", row.size(), names.size());
   require_size("start state", o.start.size(), size_t(loop.description().nx));
+  check_limits(loop, o.limits);
   if (!(o.step > 0) || !(o.duration > 0))
     throw InvalidArgument("a sweep needs a step and a duration > 0");
   std::vector<SweepResult> results(gains.size());

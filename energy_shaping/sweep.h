@@ -24,14 +24,15 @@ struct SweepOptions {
   std::vector<double> start;  ///< the state each run starts from
   double duration = 20, step = 0.01;
   double settled = 1e-2;
-  int threads = 0;  ///< 0: as many as the machine has
+  int threads = 0;                  ///< 0: as many as the machine has
+  std::vector<double> limits = {};  ///< as RunOptions: of the torques in each run
 };
 
 /// Runs a closed loop with different gains by the Runge-Kutta method of order 4, eight runs in SIMD
 /// lanes at a time. The energy H_d of each run is that of its own gains. Results are in the order
 /// of `gains` and the same for any number of threads.
-/// @throws InvalidArgument for a loop without gains (ClosedLoop::gain_names) or rows of the wrong
-///   size
+/// @throws InvalidArgument for a loop without gains (ClosedLoop::gain_names), rows of the wrong
+///   size, and limits that do not fit the loop
 std::vector<SweepResult> sweep(const ClosedLoop& loop,
                                const std::vector<std::vector<double>>& gains,
                                const SweepOptions& options);

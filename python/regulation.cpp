@@ -201,15 +201,16 @@ void bind_sweep(py::module_& m) {
   m.def(
       "sweep",
       [](const es::ClosedLoop& loop, const std::vector<Numbers>& gains, Numbers start,
-         double duration, double step, double settled, int threads) {
+         double duration, double step, double settled, int threads, Numbers limits) {
         const py::gil_scoped_release released;
-        return es::sweep(loop, gains, {std::move(start), duration, step, settled, threads});
+        return es::sweep(loop, gains,
+                         {std::move(start), duration, step, settled, threads, std::move(limits)});
       },
       arg("loop"), arg("gains"), py::kw_only(), arg("start"), arg("duration") = 20.0,
-      arg("step") = 0.01, arg("settled") = 1e-2, arg("threads") = 0,
+      arg("step") = 0.01, arg("settled") = 1e-2, arg("threads") = 0, arg("limits") = Numbers(),
       "Closed-loop runs with other gains, one row each in the order of gain_names, eight in SIMD "
       "lanes at a time. Results in the order of `gains`, the same for any number of threads (0: "
-      "as many as the machine has).");
+      "as many as the machine has). limits: largest |u| of each actuated input in the runs.");
   m.def("grid", &es::grid_of, arg("values"),
         "All combinations of the values of each gain, the last one fastest.");
   m.def("logarithmic", &es::logarithmic, arg("low"), arg("high"), arg("count"),

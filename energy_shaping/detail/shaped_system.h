@@ -118,15 +118,7 @@ class ShapedSystem final : public LoopSystem<T> {
   void invariants(In x, Out values) override { plant_->invariants(x, values); }
 
   void law(T, In x, Out u) override {
-    forces(x);
-    if (p_.zero_momentum) {
-      follow(x);
-      for (size_t j = 0; j < nv_; ++j)
-        for (size_t a = 0; a < 6; ++a)
-          if (j < p_.base_v || j >= p_.base_v + 6)
-            tau_[j] = tau_[j] + A_[a * nv_ + j] * tau_[p_.base_v + a];
-    }
-    add_compensation(x);
+    (void)wanted(x);
     plant_->gradient(x, e_);
     plant_->output(x, e_, y_);
     for (auto& v : u) v = T(0.0);
@@ -134,9 +126,19 @@ class ShapedSystem final : public LoopSystem<T> {
       if (p_.actuated[j]) u[j] = tau_[j] - T(p_.damping[j]) * y_[j];
   }
 
-  /// Generalised force of springs and compensation per unit of v, for the check.
+  /// Generalised force of springs and compensation per unit of v. With zero momentum that of the
+  /// base is made by the joints.
   In wanted(In x) {
     forces(x);
+    if (p_.zero_momentum) {
+      follow(x);
+      for (size_t a = 0; a < 6; ++a) {
+        T& of_base = tau_[p_.base_v + a];
+        for (size_t j = 0; j < nv_; ++j)
+          if (j < p_.base_v || j >= p_.base_v + 6) tau_[j] = tau_[j] + A_[a * nv_ + j] * of_base;
+        of_base = T(0.0);
+      }
+    }
     add_compensation(x);
     return tau_;
   }

@@ -297,6 +297,13 @@ TEST(FloatingBase, AttitudeByWheelsAndArm) {
         return worst;
       }(),
       1e-12);
+  // A wheel that is not driven cannot make its part of the base's torque.
+  auto undriven = s;
+  std::erase(undriven.actuators, "wheel_z.torque");
+  std::erase_if(undriven.damping, [](const auto& d) { return d.port == "wheel_z.torque"; });
+  EXPECT_NE(refusal([&] { PotentialLoop(m, undriven); }).find("at 'wheel_z': drive it"),
+            std::string::npos)
+      << refusal([&] { PotentialLoop(m, undriven); });
   Vec q = m->mechanism().neutral();
   q[3] = std::cos(0.025);
   q[4] = 0.6 * std::sin(0.025);

@@ -36,6 +36,27 @@ TEST(Sweep, IsTheRunsOneByOne) {
   EXPECT_EQ(fastest(results, 1e-3), -1) << "no run has so small a torque";
 }
 
+/// Against runs of the plant, whose limits act there. Control: without limits they are passed.
+TEST(Sweep, TorquesStayWithinTheirLimits) {
+  const auto loop = acrobot({});
+  const auto gains = grid_of({{150, 250}, {1, 8}});
+  SweepOptions o{.start = {0.1, 0, 0, 0}, .duration = 5, .step = 0.01, .threads = 1};
+  const auto free = sweep(*loop, gains, o);
+  o.limits = {0.3 * free[0].peak};
+  const auto results = sweep(*loop, gains, o);
+  for (size_t i = 0; i < gains.size(); ++i) {
+    const auto one = acrobot({.ku = gains[i][0], .kv = gains[i][1]});
+    const auto run =
+        simulate(*one, o.start, {.duration = 5, .step = 0.01, .method = "rk4", .limits = o.limits});
+    EXPECT_GT(free[i].peak, o.limits[0]);
+    EXPECT_EQ(results[i].peak, o.limits[0]);
+    const double rest = one->instantiate<double>()->hamiltonian(one->rest());
+    agrees("H_d left", results[i].left, (run.H.back() - rest) / (run.H.front() - rest), 1e-4);
+  }
+  o.limits = {1, 1};
+  EXPECT_NE(refusal([&] { (void)sweep(*loop, gains, o); }), "");
+}
+
 TEST(Sweep, Refuses) {
   const auto loop = acrobot({});
   EXPECT_NE(refusal([&] { (void)sweep(*loop, {{1}}, {.start = {0, 0, 0, 0}}); }), "");

@@ -120,6 +120,8 @@ def test_a_sweep_finds_gains():
     best = es.fastest(runs, math.inf)
     assert runs[best].settling == min(r.settling for r in runs)
     assert es.fastest(runs, 1e-9) is None
+    limit = 0.5 * runs[0].peak
+    assert es.sweep(loop, rows[:1], start=[0.5, 0, 0, 0], limits=[limit])[0].peak == limit
     refused(lambda: es.sweep(loop, [[1.0]], start=[0.5, 0, 0, 0]), "gain", most=400)
 
 

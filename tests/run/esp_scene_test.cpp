@@ -195,6 +195,19 @@ TEST(EspScene, AResumedRunHasTheSameBits) {
   }
 }
 
+TEST(EspScene, ARateThatIsTooLowIsRefusedWithOneThatHolds) {
+  TemporaryFolder folder;
+  expect_named_rate_holds(
+      [&](double rate) {
+        return refusal([&] {
+          scene::assemble(
+              read(folder, {.urdf = one_link(),
+                            .controller = law("esp", gains, fmt::format("rate = {}\n", rate))}));
+        });
+      },
+      4);
+}
+
 TEST(EspScene, RefusalsSayWhereAndWhat) {
   const auto says = [](const Setting& s, const std::string& part) {
     TemporaryFolder folder;

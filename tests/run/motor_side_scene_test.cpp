@@ -83,6 +83,24 @@ TEST(MotorSideScene, ALinkComesToItsTargetAsTheReferenceRun) {
   EXPECT_LT(sagging.q, 0.5 - 0.02);
 }
 
+TEST(MotorSideScene, ARateThatIsTooLowIsRefusedWithOneThatHolds) {
+  TemporaryFolder folder;
+  expect_named_rate_holds(
+      [&](double rate) {
+        return refusal(
+            [&] { scene::assemble(link(folder, law(gains, fmt::format("rate = {}\n", rate)))); });
+      },
+      4);
+  // Beside an element, which the law does not know, it is told.
+  const auto a = scene::assemble(link(
+      folder, "[[element]]\njoint = \"hinge\"\ntype = \"damper\"\nname = \"d\"\ndamping = 0.1\n" +
+                  law(gains, "rate = 4\n")));
+  EXPECT_NE(a.certificates.at(0).item("sampled").text.find("without the elements"),
+            std::string::npos);
+  EXPECT_FALSE(scene::assemble(link(folder, law(gains))).certificates.at(0).has("sampled"))
+      << "control: continuous";
+}
+
 TEST(MotorSideScene, RefusalsSayWhereAndWhat) {
   const auto says = [](const std::string& controller, const std::string& part,
                        const std::string& drive = torque, const std::string& k = "100") {

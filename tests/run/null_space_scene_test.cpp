@@ -245,6 +245,12 @@ TEST(NullSpaceScene, ATankKeepsItsLevelThroughEvents) {
   EXPECT_GT(std::fabs(level - 5), 0.01);
 }
 
+/// Its dampers act between the instants too: a law whose dampers are held needs another rate.
+TEST(NullSpaceScene, ARateThatIsTooLowIsRefusedWithOneThatHolds) {
+  expect_named_rate_holds(
+      [](double rate) { return refusal({hand(full, fmt::format("rate = {}\n", rate))}); }, 2);
+}
+
 TEST(NullSpaceScene, RefusalsSayWhereAndWhat) {
   const auto says = [](const Scene& s, const std::string& part) {
     const auto text = refusal(s);

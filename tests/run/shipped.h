@@ -1,5 +1,6 @@
 #pragma once
 #include <cmath>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -106,6 +107,26 @@ std::string refusal_of_scene(const Make& make) {
     return text.substr(text.find("scene.toml"));
   }
   return "";
+}
+
+/// The rate that the refusal of a sampled law names [Hz]; NaN: none.
+inline double named_rate(const std::string& told) {
+  double rate = NAN;
+  if (const auto at = told.find("a rate of "); at != told.npos)
+    std::sscanf(told.c_str() + at, "a rate of %lf Hz would do", &rate);
+  return rate;
+}
+/// Refused at a rate far too low, at the named one it holds, at nine tenths of it not.
+/// @param refusal_at  of a scene with this rate [Hz]; empty: it is accepted
+inline void expect_named_rate_holds(const std::function<std::string(double)>& refusal_at,
+                                    double low) {
+  const std::string told = refusal_at(low);
+  EXPECT_NE(told.find("sampled fails: "), told.npos) << told;
+  const double rate = named_rate(told);
+  std::printf("  refused at %g Hz, named %g Hz\n", low, rate);
+  ASSERT_GT(rate, low) << told;
+  EXPECT_EQ(refusal_at(rate), "");
+  EXPECT_NE(refusal_at(0.9 * rate), "");
 }
 
 }  // namespace porthos::test

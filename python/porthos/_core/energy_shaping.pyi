@@ -670,8 +670,8 @@ def sines(centre: list[float], amplitude: list[float], frequency: list[float]) -
     """q_i = centre_i + amplitude_i sin(2 pi frequency_i t), frequencies in Hz."""
     ...
 
-def sweep(loop: ClosedLoop, gains: list[list[float]], *, start: list[float], duration: float = 20.0, step: float = 0.01, settled: float = 0.01, threads: int = 0) -> list[SweepResult]:
-    """Closed-loop runs with other gains, one row each in the order of gain_names, eight in SIMD lanes at a time. Results in the order of `gains`, the same for any number of threads (0: as many as the machine has)."""
+def sweep(loop: ClosedLoop, gains: list[list[float]], *, start: list[float], duration: float = 20.0, step: float = 0.01, settled: float = 0.01, threads: int = 0, limits: list[float] = []) -> list[SweepResult]:
+    """Closed-loop runs with other gains, one row each in the order of gain_names, eight in SIMD lanes at a time. Results in the order of `gains`, the same for any number of threads (0: as many as the machine has). limits: largest |u| of each actuated input in the runs."""
     ...
 
 def grid(values: list[list[float]]) -> list[list[float]]:

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <optional>
 
+#include "energy_shaping/motor_regulator.h"
 #include "energy_shaping/structure_preserving_regulator.h"
 #include "scene/read/controllers/controller_type.h"
+#include "scene/read/controllers/held_law.h"
 #include "scene/read/controllers/motor_spring.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"
@@ -43,24 +45,47 @@ ControllerDesign design_esp(const Controller& c, const ControllerPlant& plant,
                             const std::vector<RegulatedLink>& links) {
   const auto start = stated_start(plant);
   std::vector<energy_shaping::PreservedJoint> joints;
-  std::vector<energy_shaping::StructurePreservingRegulator::MotorPlace> motors;
   ControllerDesign design;
   design.whole = true;
+  auto rest = start;
   for (const RegulatedLink& l : links) {
     const ControlledJoint at = controlled_joint(*plant.model, c, l.joint);
     const JointActuator& a = motor_spring(plant.scene, l.joint);
     const auto& drive = a.actuator.theta;
     joints.push_back({at.port, linear_stiffness(a), drive.gear * drive.gear * drive.inertia,
                       l.target.value_or(start[at.q]), l.damping, l.stiffness, l.motor_damping});
-    const phs::Block theta = motor_angle(a);
-    const size_t own = plant.offset(a.name);
-    motors.push_back({own + size_t(theta.at), own + size_t(theta.momentum)});
+    rest[at.q] = joints.back().rest;
     design.elsewhere.push_back({a.name, {"theta", nullptr}});
   }
   const energy_shaping::StructurePreservingRegulator made(plant.model, joints);
   design.certificate = made.certificate();
-  const auto laws = made.laws(motors);
+  const auto laws_in = [&](const auto& offset) {
+    std::vector<energy_shaping::StructurePreservingRegulator::MotorPlace> motors;
+    for (const RegulatedLink& l : links) {
+      const JointActuator& a = motor_spring(plant.scene, l.joint);
+      const phs::Block theta = motor_angle(a);
+      const size_t own = offset(a.name);
+      motors.push_back({own + size_t(theta.at), own + size_t(theta.momentum)});
+    }
+    return made.laws(motors);
+  };
+  const auto laws = laws_in(plant.offset);
   for (size_t k = 0; k < laws.size(); ++k) design.elsewhere[k].law.law = laws[k];
+  // at rest the springs carry the loads
+  const auto loads = energy_shaping::MotorRegulator::loads(*plant.model, rest);
+  std::vector<double> thetas;
+  for (const JointActuator& a : plant.scene.actuators) {
+    const size_t q = controlled_joint(*plant.model, c, a.joint).q;
+    thetas.push_back(rest[q] + loads[q] / linear_stiffness(a));
+  }
+  const auto held = [&](phs::Network& n) {
+    const auto own = laws_in([&](const std::string& member) { return size_t(n.offset(member)); });
+    for (size_t k = 0; k < own.size(); ++k)
+      n.control(design.elsewhere[k].member + ".held", design.elsewhere[k].member + ".theta", own[k],
+                {.whole = true});
+  };
+  design.remark =
+      certify_held(design.certificate, c, plant, with_actuators(plant, rest, thetas, held), rest);
   return design;
 }
 

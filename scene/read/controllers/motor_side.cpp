@@ -6,6 +6,7 @@
 
 #include "energy_shaping/motor_regulator.h"
 #include "scene/read/controllers/controller_type.h"
+#include "scene/read/controllers/held_law.h"
 #include "scene/read/controllers/motor_spring.h"
 #include "scene/read/scene.h"
 #include "scene/read/schema_keys-inl.h"
@@ -45,10 +46,14 @@ ControllerDesign design_motor_side(const Controller& c, const ControllerPlant& p
   }
   const auto loads = energy_shaping::MotorRegulator::loads(*plant.model, rest);
   std::vector<energy_shaping::SprungJoint> joints;
+  std::vector<double> thetas;  // of all actuators
+  for (const JointActuator& a : plant.scene.actuators)
+    thetas.push_back(a.theta.value_or(rest[controlled_joint(*plant.model, c, a.joint).q]));
   for (size_t i = 0; i < motors.size(); ++i) {
     const JointActuator& a = motor_spring(plant.scene, motors[i].joint);
     const double q = rest[at[i].q], theta = balanced(a, q, loads[at[i].q]);
     const auto& drive = a.actuator.theta;
+    thetas[size_t(&a - plant.scene.actuators.data())] = theta;
     joints.push_back({at[i].port, theta, a.actuator.elastic->stiffness(q, theta, a.sigma),
                       drive.gear * drive.gear * drive.inertia, motors[i].stiffness,
                       motors[i].damping, motors[i].limit});
@@ -60,6 +65,12 @@ ControllerDesign design_motor_side(const Controller& c, const ControllerPlant& p
     const JointActuator& a = motor_spring(plant.scene, motors[i].joint);
     design.elsewhere.push_back({a.name, {"theta", made.law(i, size_t(motor_angle(a).at))}});
   }
+  const auto laws = [&](phs::Network& n) {
+    for (const auto& [member, law] : design.elsewhere)
+      n.control(member + ".held", member + "." + law.port, law.law);
+  };
+  design.remark =
+      certify_held(design.certificate, c, plant, with_actuators(plant, rest, thetas, laws), rest);
   return design;
 }
 

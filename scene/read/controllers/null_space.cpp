@@ -6,6 +6,7 @@
 
 #include "scene/read/controllers/controller_type.h"
 #include "scene/read/controllers/half_turn.h"
+#include "scene/read/controllers/held_law.h"
 #include "scene/read/controllers/held_pose.h"
 #include "scene/read/scene.h"
 #include "scene/read/schema_keys-inl.h"
@@ -69,10 +70,22 @@ ControllerDesign design_null_space(const Controller& c, const ControllerPlant& p
       std::make_shared<const energy_shaping::NullSpaceLoop>(plant.model, task, posture);
   paid.laws = projection_laws(loop);
   ControllerDesign design{spring_laws(loop), loop->certificate()};
+  const HeldNetwork network{[&](phs::Network& n) {
+                              for (size_t i = 0; i < paid.damped.size(); ++i)
+                                n.resist("damper " + paid.damped[i],
+                                         {"mechanism." + paid.damped[i]},
+                                         phs::Matrix{{paid.damping[i]}});
+                            },
+                            [&](phs::Network& n) {
+                              energy_shaping::control(n, "springs", "mechanism", design.laws);
+                              energy_shaping::control(n, "projection", "mechanism", paid.laws);
+                            }};
+  design.remark = certify_held(design.certificate, c, plant, network,
+                               std::span(loop->rest()).first(size_t(m.nq())));
   design.paid = std::move(paid);
   const auto& held = w.task.spring;
   if (near_half_turn(start_attitude(plant, held.link), w.task.wxyz, held.attitude_stiffness))
-    design.remark = half_turn_of_pose(held.link);
+    add_sentence(design.remark, half_turn_of_pose(held.link));
   return design;
 }
 

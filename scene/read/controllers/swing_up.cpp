@@ -5,6 +5,7 @@
 
 #include "energy_shaping/joint_swing_up.h"
 #include "scene/read/controllers/controller_type.h"
+#include "scene/read/controllers/held_law.h"
 #include "scene/read/scene.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"
@@ -32,6 +33,7 @@ ControllerDesign design_swing_up(const Controller& c, const ControllerPlant& pla
   if (!plant.scene.random && !plant.scene.start_from)
     swing.check_start(plant.model->state(start, rates));
   ControllerDesign made{{swing.port_law()}, swing.certificate()};
+  hold_not_checked(made.certificate, c, "a law that pumps energy has no rest to linearise it at");
   // not of cases: an ensemble of failing ones would take its time
   const bool one_start = !plant.scene.random && !plant.scene.start_from && !plant.scene.of_case;
   made.progress = one_start && c.rate > 0

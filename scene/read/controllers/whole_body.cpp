@@ -9,6 +9,7 @@
 #include "mechanics/urdf.h"
 #include "planning/whole_body_law.h"
 #include "scene/read/controllers/controller_type.h"
+#include "scene/read/controllers/held_law.h"
 #include "scene/read/controllers/support.h"
 #include "scene/read/scene.h"
 #include "scene/read/schema_keys-inl.h"
@@ -145,6 +146,8 @@ ControllerDesign design_whole_body(const Controller& c, const ControllerPlant& p
         "controller '{}' has no joint with a motor, expected one of one degree of freedom",
         c.name));
   made.sampled = law;
+  hold_not_checked(made.certificate, c,
+                   "torques of a program with limits have no slopes where one begins to act");
   return made;
 }
 
