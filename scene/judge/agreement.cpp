@@ -61,6 +61,7 @@ std::optional<Trajectory::Leap> leap_of(const Rows& rows, double fastest, double
     ++count;
     if (!worst || one.off / one.allowed > worst->off / worst->allowed) worst = one;
   }
+  if (worst) worst->rare = 20 * count < rows.t.size();
   return 3 * count < rows.t.size() ? worst : std::nullopt;
 }
 
@@ -248,12 +249,14 @@ void note_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows, boo
         "rates tell of up to {:.2g} turns between two rows, which angles do not show: if nothing "
         "turns that fast, are times in another unit, as milliseconds? expected seconds",
         rates.hidden));
-  if (rates.leap)
-    r.notes.push_back(fmt::format(
-        "'{}' moves by {:.3g} from row {} to {}, t = {:.6g} s, and its rates tell of {:.3g} there: "
-        "are rows missing, times not theirs, or values held?",
-        rates.leaps, rates.leap->moved, rates.leap->from + 1, rates.leap->to + 1,
-        rows.t[rates.leap->to], rates.leap->told));
+  if (rates.leap && !explained && (rates.leap->rare || rates.fits()))
+    r.notes.push_back(
+        fmt::format("'{}' moves by {:.3g} from row {} to {}, t = {:.6g} s, and its rates tell of "
+                    "{:.3g} there{}",
+                    rates.leaps, rates.leap->moved, rates.leap->from + 1, rates.leap->to + 1,
+                    rows.t[rates.leap->to], rates.leap->told,
+                    rates.leap->rare ? ": are rows missing, times not theirs, or values held?"
+                                     : ", and it leaps so in more than one row of 20"));
   if (!rates.name.empty() && !rates.fits())
     r.notes.push_back(fmt::format(
         "'{}' does not move as its rates say: {:.2g} of its way is left, expected at most {:.2g}: "

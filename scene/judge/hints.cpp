@@ -20,10 +20,11 @@ using phs::BlockKind;
 struct Fit {
   double energy = NAN, centre = NAN;  ///< relative
   double rates = NAN;                 ///< of what may be left of the way
+  CentreOfMass::Vec fall{0, 0, 0};    ///< the mean acceleration of the centre of mass [m/s²]
 };
 
 /// What is more than this is off.
-constexpr Fit far_off{1e-3, 1e-3, 1};
+const Fit far_off{1e-3, 1e-3, 1};
 
 Fit fit_of(Trajectory one, const Measuring& by) {
   const Rows& rows = by.rows;
@@ -42,7 +43,7 @@ Fit fit_of(Trajectory one, const Measuring& by) {
       ledger.book(works);
     }
     const Measured& m = by.meter.measure(rows.t[i], row.inner);
-    if (!m.finite()) return {INFINITY, INFINITY, INFINITY};
+    if (!m.finite()) return {.energy = INFINITY, .centre = INFINITY, .rates = INFINITY};
     scale.see(m.stored_J);
     const double error = ledger.look(m);
     if (i == 0) first = error;
@@ -52,7 +53,14 @@ Fit fit_of(Trajectory one, const Measuring& by) {
   }
   if (all_works) fit.energy = scale.value() > 0 ? most / scale.value() : INFINITY;
   if (by.centre_out) fit.centre = course.error();
+  fit.fall = course.fall();
   return fit;
+}
+
+std::string in_words(const CentreOfMass::Vec& g) {
+  const auto least = 1e-4L * std::sqrt(dot(g, g));
+  const auto number = [&](long double x) { return std::fabs(x) < least ? 0.0 : double(x); };
+  return fmt::format("({:.4g}, {:.4g}, {:.4g}) m/s²", number(g.x), number(g.y), number(g.z));
 }
 
 /// Asks what a trajectory would be otherwise, and keeps the question that explains it best.
@@ -68,6 +76,8 @@ class Asking {
     weigh(fit_of(other, by_), question);
   }
   void weigh(const Fit& fit, const std::string& question) {
+    constexpr double most_left = 0.1;
+    if (fit.energy > most_left || fit.centre > most_left) return;
     if (!(explains(is_.energy, fit.energy, far_off.energy) &&
           explains(is_.centre, fit.centre, far_off.centre) &&
           explains(is_.rates, fit.rates, far_off.rates)))
@@ -115,10 +125,40 @@ class Asking {
         ask(trajectory_.in_units({.lengths = of_lengths, .velocities = of_velocities}),
             fmt::format("are {} in {}metres? expected metres.", what, unit));
   }
-  void about_places() {
-    constexpr size_t most_joints = 8;
+  void about_attitudes() {
+    if (trajectory_.has(BlockKind::rotation))
+      ask(trajectory_.with_scalar_last(), "is the quaternion x y z w? expected w x y z.");
+  }
+  void about_axes() {
+    if (!trajectory_.has(BlockKind::linear)) return;
+    for (const auto& [a, b] : {std::pair<size_t, size_t>{0, 1}, {0, 2}, {1, 2}})
+      for (const auto& [what, q, v] : {std::tuple{"positions", true, false},
+                                       {"velocities", false, true},
+                                       {"positions and velocities", true, true}})
+        ask(trajectory_.with_axes_exchanged(a, b, q, v),
+            fmt::format("are {} and {} of the {} in each other's place?", "xyz"[a], "xyz"[b],
+                        what));
+  }
+  /// After lengths: in millimetres, a fall is a thousand times faster too.
+  void about_gravity() {
+    if (!by_.centre_out) return;
+    const auto& g = by_.gravity;
+    const bool none = dot(is_.fall, is_.fall) < 1e-6 * dot(g, g);
+    const auto fall = none ? CentreOfMass::Vec{0, 0, 0} : is_.fall;
+    const std::string question =
+        none ? fmt::format("is the file without gravity? the map has {}.", in_words(g))
+             : fmt::format("does the file fall by {}? the map has {}.", in_words(fall),
+                           dot(g, g) > 0 ? in_words(g) : "no gravity");
+    weigh(fit_of(trajectory_.in_units({}),
+                 {by_.rows, by_.d, by_.meter, by_.centre_out, fall, by_.mass}),
+          question);
+  }
+  static constexpr size_t most_joints = 8;
+  bool may_exchange_joints() const { return trajectory_.joints().size() <= most_joints; }
+  void about_joints() {
+    if (!may_exchange_joints()) return;
     const auto& joints = trajectory_.joints();
-    for (size_t b = 0; joints.size() <= most_joints && b < joints.size(); ++b)
+    for (size_t b = 0; b < joints.size(); ++b)
       for (size_t a = 0; a < b; ++a)
         for (const auto& [what, q, v] : {std::tuple{"columns", true, true},
                                          {"positions", true, false},
@@ -161,11 +201,16 @@ bool ask_about_columns(RunReport& r, const Trajectory& trajectory, const Measuri
   Asking asking(trajectory, by);
   if (!asking.is_far_off()) return false;
   asking.about_degrees();
+  asking.about_attitudes();
   asking.about_times();
   asking.about_lengths();
-  asking.about_places();
+  asking.about_axes();
+  asking.about_gravity();
+  asking.about_joints();
   const std::string note = asking.note();
   if (!note.empty()) r.notes.push_back(note);
+  if (note.empty() && !asking.may_exchange_joints())
+    r.notes.push_back("exchanged joints were not tried: more than eight");
   return !note.empty();
 }
 

@@ -250,4 +250,23 @@ Trajectory Trajectory::exchanged(const std::string& a, const std::string& b, boo
   return other;
 }
 
+Trajectory Trajectory::with_axes_exchanged(size_t a, size_t b, bool positions, bool rates) const {
+  Trajectory other(*this);
+  other.lost_.assign(lost_.size(), 0);
+  for (Columns& k : other.columns_) {
+    if (k.c.kind != BlockKind::linear || k.q.size() != 3 || k.v.size() != 3) continue;
+    if (positions) std::swap(k.q[a], k.q[b]);
+    if (rates) std::swap(k.v[a], k.v[b]);
+  }
+  return other;
+}
+
+Trajectory Trajectory::with_scalar_last() const {
+  Trajectory other(*this);
+  other.lost_.assign(lost_.size(), 0);
+  for (Columns& k : other.columns_)
+    if (k.c.kind == BlockKind::rotation) std::rotate(k.q.begin(), k.q.end() - 1, k.q.end());
+  return other;
+}
+
 }  // namespace porthos::scene

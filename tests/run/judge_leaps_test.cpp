@@ -75,6 +75,13 @@ TEST_F(JudgeLeaps, RowsThatAreCutFail) {
   EXPECT_TRUE(notes_say(r, asks));
 }
 
+/// One row in ten is late by one: no few rows that are missing.
+TEST_F(JudgeLeaps, ManyLeapsAreNoMissingRows) {
+  const auto late = judged(0.1, 400, [](int i) { return i % 10 == 5 ? i - 1 : i; });
+  EXPECT_EQ(late.verdict(), scene::Verdict::fail);
+  EXPECT_FALSE(notes_say(late, asks));
+}
+
 TEST_F(JudgeLeaps, RowsThatAreHeldFail) {
   const auto late = judged(0.01, 8000, [](int i) { return i < 3000 || i >= 3040 ? i : 3000; });
   EXPECT_EQ(late.verdict(), scene::Verdict::fail);

@@ -229,6 +229,37 @@ TEST_F(JudgeRows, ColumnsInAnotherOrderOrUnitAreAskedAbout) {
   EXPECT_FALSE(notes_say(doubled, degrees) || notes_say(doubled, place));
 }
 
+/// Rotors that are faster from the middle on, as of no columns in another place.
+TEST_F(JudgeRows, MoreThanEightJointsAreNotExchangedWhichANoteSays) {
+  const auto judged_with = [&](int joints) {
+    std::string urdf = "<robot name='rotors'><link name='foot'/>", text = "t";
+    for (int k = 0; k < joints; ++k) {
+      urdf += fmt::format(
+          "<link name='d{0}'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' "
+          "ixz='0' iyz='0'/></inertial></link><joint name='j{0}' type='continuous'><parent "
+          "link='foot'/><child link='d{0}'/><axis xyz='0 0 1'/></joint>",
+          k);
+      text += fmt::format(",j{0},v.j{0}", k);
+    }
+    for (int i = 0; i < 100; ++i) {
+      text += fmt::format("\n{:.1f}", 0.1 * i);
+      const double v = i < 50 ? 1 : 1.1, q = 0.1 * i * v - (i < 50 ? 0 : 0.495);
+      for (int k = 0; k < joints; ++k) text += fmt::format(",{:.12g},{}", q, v);
+    }
+    write_bytes(folder_ / "model.urdf", urdf + "</robot>");
+    write_bytes(folder_ / "run.csv", text + "\n");
+    fs::remove_all(folder_ / "out");
+    return scene::judge_file({(folder_ / "run.csv").string(), (folder_ / "model.urdf").string(),
+                              (folder_ / "map.toml").string(), (folder_ / "out").string()});
+  };
+  write_bytes(folder_ / "map.toml", "[model]\nbase = \"fixed\"\n");
+  const char* const not_tried = "exchanged joints were not tried: more than eight";
+  const auto nine = judged_with(9), eight = judged_with(8);
+  EXPECT_TRUE(notes_say(nine, not_tried));
+  EXPECT_FALSE(notes_say(eight, not_tried)) << "control";
+  EXPECT_FALSE(nine.passed() || eight.passed());
+}
+
 /// Angles modulo a turn fit rates with times in milliseconds too. Controls: seconds, true angles.
 TEST_F(JudgeRows, AnOpenQuestionAboutTheUnitOfTimeIsNotPassed) {
   const auto in_units_of = [&](double second, bool wrapped) {

@@ -1,10 +1,11 @@
-// `porthos judge`: a question where a part of the columns is in another unit. A free base keeps its
-// energy, momenta and rates only with all of them.
+// `porthos judge`: a question where a part of the columns is in another unit or order, or where
+// gravity is another one. A free base keeps its energy, momenta and rates only with all of them.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <sstream>
 
 #include "scene/judge/judge_file.h"
@@ -22,6 +23,20 @@ class JudgeUnits : public ::testing::Test {
     (void)scene::run(c.scene, c.assembly, into(folder_ / "out"));
     table_ = csv_of(c, folder_ / "out");
     write_bytes(folder_ / "map.toml", "[verify]\nenergy = 1e-6\n");
+  }
+  /// @param heads  other names, by name
+  scene::RunReport judged_as(const std::map<std::string, std::string>& heads) {
+    std::string head = table_.substr(0, table_.find('\n')), names;
+    std::istringstream cells(head);
+    for (std::string cell; std::getline(cells, cell, ',');) {
+      const auto other = heads.find(cell);
+      names += (names.empty() ? "" : ",") + (other == heads.end() ? cell : other->second);
+    }
+    const std::string right = table_;
+    table_ = names + table_.substr(head.size());
+    const auto r = judged([](const auto&) { return 1; });
+    table_ = right;
+    return r;
   }
   /// @param unit  by what the numbers of the column of that name are multiplied
   scene::RunReport judged(const std::function<double(const std::string&)>& unit) {
@@ -98,6 +113,65 @@ TEST_F(JudgeUnits, LengthsAndTimesAreAskedAbout) {
   scaled(true, true, 1e-3, "are lengths and velocities in kilometres?");
   const auto late = judged([](const auto& name) { return name == "time" ? 1e3 : 1; });
   EXPECT_LT(at(late, "are times in milliseconds? expected seconds."), late.notes.size());
+}
+
+std::map<std::string, std::string> both_ways(const std::string& a, const std::string& b) {
+  return {{a, b}, {b, a}};
+}
+
+TEST_F(JudgeUnits, QuaternionsAndPlacesInAnotherOrderAreAskedAboutFirst) {
+  const auto is_first = [](const scene::RunReport& r, const std::string& question) {
+    EXPECT_FALSE(r.passed()) << question;
+    EXPECT_LT(at(r, question), r.notes.size()) << question;
+    EXPECT_EQ(at(r, "are rows missing"), r.notes.size()) << question;
+    EXPECT_LE(at(r, question), at(r, "does not move as its rates say")) << question;
+  };
+  const std::string n = "base.attitude";
+  const auto rolled = judged_as({{n + "[0]", n + "[3]"},
+                                 {n + "[1]", n + "[0]"},
+                                 {n + "[2]", n + "[1]"},
+                                 {n + "[3]", n + "[2]"}});
+  is_first(rolled, "is the quaternion x y z w? expected w x y z. The error of the centre of mass");
+  const std::string q = "base.position", v = "v.base.position";
+  is_first(judged_as(both_ways(q + "[0]", q + "[1]")),
+           "are x and y of the positions in each other's place?");
+  is_first(judged_as(both_ways(v + "[0]", v + "[2]")),
+           "are x and z of the velocities in each other's place?");
+  auto both = both_ways(q + "[1]", q + "[2]");
+  both.merge(both_ways(v + "[1]", v + "[2]"));
+  is_first(judged_as(both), "are y and z of the positions and velocities in each other's place?");
+  // Another order is none of these.
+  const auto other = judged_as(both_ways(n + "[1]", n + "[2]"));
+  EXPECT_FALSE(other.passed());
+  EXPECT_EQ(at(other, "is the quaternion x y z w?"), other.notes.size()) << "control";
+}
+
+/// Gravity that only the map or only the file has.
+TEST_F(JudgeUnits, AnotherGravityIsAskedAbout) {
+  const std::string map = "[verify]\nenergy = 1e-6\n[model]\nbase = \"free\"\n",
+                    down = "[environment]\ngravity = \"uniform\"\nvector = [0, 0, -9.81]\n";
+  const auto right = [](const auto&) { return 1; };
+  write_bytes(folder_ / "map.toml", map + down);
+  const auto floats = judged(right);
+  EXPECT_FALSE(floats.passed());
+  EXPECT_LT(at(floats,
+               "is the file without gravity? the map has (0, 0, -9.81) m/s². The error of "
+               "the centre of mass would be "),
+            floats.notes.size());
+  EXPECT_EQ(at(floats, "? expected metres"), floats.notes.size());
+
+  Case c = floating_arm(folder_, 5);
+  c.scene.record_every = c.scene.step;
+  c.scene.urdf.gravity = {0, 0, -9.81};
+  c = make_case(folder_, c.scene, arm_urdf());
+  (void)scene::run(c.scene, c.assembly, into(folder_ / "falls"));
+  table_ = csv_of(c, folder_ / "falls");
+  EXPECT_TRUE(judged(right).passed()) << "control";
+  write_bytes(folder_ / "map.toml", map);
+  const auto falls = judged(right);
+  EXPECT_FALSE(falls.passed());
+  EXPECT_LT(at(falls, "does the file fall by (0, 0, -9.81) m/s²? the map has no gravity."),
+            falls.notes.size());
 }
 
 TEST_F(JudgeUnits, OtherErrorsAndRightFilesAreNotAskedAbout) {

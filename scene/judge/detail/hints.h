@@ -16,10 +16,11 @@ struct Measuring {
 };
 
 /// Notes the question that explains a file best: are angles or rates in degrees, times in
-/// milliseconds, lengths in millimetres or kilometres, columns of two joints exchanged? Energy,
-/// centre of mass and rates, as far as they are off, would be ten times nearer, and none of them
+/// milliseconds, lengths in millimetres or kilometres, quaternions x y z w, two axes of places or
+/// the columns of two joints exchanged, is there another gravity? Energy, centre of mass and rates,
+/// as far as they are off, would be ten times nearer, with a tenth left at most, and none of them
 /// worse. Of momenta in place of rates it tells nothing; of a model with works of its own the
-/// energy tells nothing.
+/// energy tells nothing. Joints are exchanged of up to eight; a note says so where they were not.
 /// @return whether it asked
 bool ask_about_columns(RunReport& r, const Trajectory& trajectory, const Measuring& by);
 

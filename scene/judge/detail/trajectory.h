@@ -46,6 +46,7 @@ class Trajectory {
     size_t from = 0, to = 0;      ///< rows; apart where the values between them are held
     double moved = 0, told = 0;   ///< by positions, by rates
     double off = 0, allowed = 0;  ///< their difference
+    bool rare = true;             ///< fewer than one row in 20 of that coordinate leap
   };
   /// Positions against rates, of a joint of one freedom, an attitude or the place of a free base,
   /// over all rows but holes. Of an attitude: lengths of rotation vectors from row to row.
@@ -92,6 +93,10 @@ class Trajectory {
   /// The same rows, if the positions or rates of two joints stand in each other's place.
   Trajectory exchanged(const std::string& a, const std::string& b, bool positions,
                        bool rates) const;
+  /// The same, if two axes (0 to 2) of all places do.
+  Trajectory with_axes_exchanged(size_t a, size_t b, bool positions, bool rates) const;
+  /// The same, if attitudes are x y z w.
+  Trajectory with_scalar_last() const;
 
   /// Works of the torques from row i - 1 to row i [J], as the map says they go between rows.
   void works(const Numbers& t, size_t i, std::span<double> to) const;
