@@ -46,10 +46,13 @@ def _faults(parameters: List[_Parameter], arguments: tuple, keywords: dict) -> l
     """Pairs: what is wrong, what was expected."""
     named = [p for p in parameters if not p.name.startswith("*")]
     names = [p.name for p in named]
-    given = dict(zip(names, arguments))
+    stars = [p.name for p in parameters]
+    placed = names[:stars.index("*")] if "*" in stars else names  # the others by name only
+    given = dict(zip(names if "*args" in stars else placed, arguments))
     faults = []
-    if len(arguments) > len(named) and "*args" not in (p.name for p in parameters):
-        most = f"at most {len(named)}: {', '.join(names)}" if named else "keywords only" if parameters else "none"
+    if len(arguments) > len(placed) and "*args" not in stars:
+        others = f", and by name: {', '.join(names[len(placed):])}" if len(names) > len(placed) else ""
+        most = f"at most {len(placed)}: {', '.join(placed)}{others}" if placed else "keywords only" if parameters else "none"
         faults.append((f"it got {len(arguments)} argument{'s' if len(arguments) > 1 else ''}", most))
     for name in keywords:
         if name in given:
@@ -109,8 +112,8 @@ def _parameters(signature: str) -> List[_Parameter]:
     """Those of "(a: int, b: List[float] = [1.0], **kwargs) -> float" and of "module.Class(a: int)"."""
     inner = re.sub(r"\) -> [^)]*$", ")", signature)
     inner = inner[inner.index("(") + 1:inner.rindex(")")]
-    return [_Parameter((m := re.match(r"(\*{0,2}\w+)(?:: ([^=]*[^= ]))?( = .*)?$", p, re.S)).group(1), m.group(2) or "object", bool(m.group(3)))
-            for p in split(inner) if p not in ("*", "/")]
+    return [_Parameter((m := re.match(r"(\*{0,2}\w*)(?:: ([^=]*[^= ]))?( = .*)?$", p, re.S)).group(1), m.group(2) or "object", bool(m.group(3)))
+            for p in split(inner) if p != "/"]
 
 
 def _generic(kind: str) -> "tuple[str, List[str]]":

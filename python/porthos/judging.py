@@ -44,13 +44,22 @@ def _judge_columns(columns: Mapping[str, Any], model: PathLike, map: PathLike | 
     try:
         _write_csv(folder / "trajectory.csv", columns)
         result = _judge_file(folder / "trajectory.csv", model, map, folder)
-    except BaseException:
+    except BaseException as error:
         if out is None:
             shutil.rmtree(folder, ignore_errors=True)
+        if isinstance(error, InvalidArgument):
+            raise type(error)(_of_arguments(str(error), folder, isinstance(map, Mapping))) from None
         raise
     if out is None:
         weakref.finalize(result, shutil.rmtree, folder, ignore_errors=True)
     return result
+
+
+def _of_arguments(text: str, folder: Path, mapped: bool) -> str:
+    """An error that names the files which were written of arguments, with the arguments in their place."""
+    place = lambda line: f"trajectory: row {int(line) - 2}" if line and int(line) > 2 else "trajectory"  # below the line of names
+    text = re.sub(re.escape(str(folder / "trajectory.csv")) + r"(?::(\d+))?", lambda m: place(m[1]), text)
+    return re.sub(re.escape(str(folder / "map.toml")) + r"(:\d+)*", "map", text) if mapped else text
 
 
 def _judge_file(file: Path, model: PathLike, map: PathLike | Mapping[str, Any] | None, out: Path) -> Result:

@@ -19,6 +19,9 @@ struct Told {
   bool unequal = false;
 };
 
+constexpr const char* too_few =
+    "has too few records or swings, or too much scatter, to tell how it grows";
+
 std::string words(const EnergyReport& e, const Told& told) {
   constexpr double unit = std::numeric_limits<double>::epsilon();
   const double error = e.max_rel_error, g = e.growth_exponent;
@@ -40,9 +43,7 @@ std::string words(const EnergyReport& e, const Told& told) {
   if (!std::isfinite(g)) {
     if (drifts) return "drifts " + rate + but;
     if (e.swings_grow() && !rounding) return swings;
-    return told.unequal
-               ? "is known at unequal intervals, which do not tell how it grows"
-               : "has too few records or swings, or too much scatter, to tell how it grows";
+    return told.unequal ? "is known at unequal intervals, which do not tell how it grows" : too_few;
   }
   const std::string exponent = fmt::format(" (growth exponent {:.2f})", g);
   if (g >= 0.75)
@@ -99,6 +100,7 @@ std::string growth_words(const RunReport& r) {
 }
 
 std::string growth_words(const ErrorStatistics& s) {
+  if (s.count() == 0) return too_few;
   EnergyReport e;
   e.max_rel_error = s.max_abs();
   set_growth(e, s, 1);

@@ -24,6 +24,7 @@ SENTENCES = [
     (lambda: ph.MechanicalModel("arm", "arm", "arm", "arm"), "MechanicalModel(): it got 4 arguments, expected at most 3: mechanism, ports, constraints"),
     (lambda: ph.Network(np.zeros((2, 3))), "Network(): 'name' is an array of shape (2, 3) of float64, expected a text"),
     (lambda: ph.Network("arm").add("a"), "add(): 'member' is missing, expected Model"),
+    (lambda: ph.error_statistics([0.0], 2.0), "error_statistics(): it got 2 arguments, expected at most 1: errors, and by name: scale"),
     (lambda: ph.sine(None), "sine(): 'amplitude' is None, expected a number"),
 ]
 

@@ -245,6 +245,7 @@ def test_statistics_of_errors(pendulum):
     still = ph.error_statistics(np.full(100, 3e-9))
     assert still["growth_exponent"] == 0 and still["words"].startswith("stays bounded") and not still["drift_is_significant"]
     refused(lambda: ph.error_statistics([0.0, np.nan]), "not finite")
+    assert ph.error_statistics([])["words"].startswith("has too few records")
 
 
 def test_reward_of_the_last_step_sees_the_energy_at_its_end(pendulum):

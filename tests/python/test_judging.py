@@ -3,6 +3,7 @@ import gc
 import tempfile
 
 import numpy as np
+import pytest
 
 import porthos as ph
 from test_dynamics import refused
@@ -61,7 +62,18 @@ def test_refusals(tmp_path):
     refused(lambda: ph.judge({}, model, out=tmp_path / "odd"), "there are no columns")
     missing = turning(1)
     del missing["axle"]
-    refused(lambda: ph.judge(missing, model, out=tmp_path / "missing"), "axle")
+    with pytest.raises(ph.InvalidArgument, match=r"^trajectory: no column for the position of 'axle', expected 'axle'"):
+        ph.judge(missing, model)
+    back = turning(1)
+    back["time"][7] = 0
+    with pytest.raises(ph.InvalidArgument, match=r"^trajectory: row 7: 'time' is 0 after "):
+        ph.judge(back, model)
+    with pytest.raises(ph.InvalidArgument, match=r"^map: columns\.q\.axl: the model has no coordinate of this name"):
+        ph.judge(turning(1), model, map={"columns": {"q": {"axl": "axle"}}})
+    file = tmp_path / "back.csv"  # control: a file keeps its name
+    file.write_text("time,axle,v.axle\n1,0,1\n0,0,1\n")
+    with pytest.raises(ph.InvalidArgument, match="back.csv:3: 'time' is 0 after 1"):
+        ph.judge(file, model)
 
 
 def test_a_map_as_a_dict(tmp_path):

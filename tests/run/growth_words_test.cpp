@@ -130,6 +130,7 @@ TEST(GrowthWords, OfASeries) {
   EXPECT_TRUE(words([](double x) {
                 return 1e-6 * std::exp(5 * x) * std::sin(300 * x);
               }).starts_with("swings, and its swings grow"));
+  EXPECT_TRUE(scene::growth_words(scene::ErrorStatistics{}).starts_with("has too few records"));
   const auto noise = [](double x) { return 0.005 * std::sin(1e7 * x * x); };
   EXPECT_TRUE(words([&](double x) {
                 return 1e-15 * (x + noise(x));
