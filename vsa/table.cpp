@@ -256,9 +256,10 @@ TableEnergy surface(const Measurements& m) {
 
 /// With the rows of its file, for pictures.
 struct Tabulated final : ElasticOf<TableEnergy> {
-  Tabulated(TableEnergy energy, ElasticTraits traits, std::vector<MeasuredTorque> from)
-      : ElasticOf(std::move(energy), std::move(traits)), rows(std::move(from)) {}
+  Tabulated(TableEnergy energy, ElasticTraits traits, const Measurements& from)
+      : ElasticOf(std::move(energy), std::move(traits)), rows(from.rows), settings(from.sigma) {}
   std::vector<MeasuredTorque> rows;
+  std::vector<double> settings;
 };
 
 }  // namespace
@@ -266,6 +267,11 @@ struct Tabulated final : ElasticOf<TableEnergy> {
 std::vector<MeasuredTorque> measured_torques(const Elastic& energy) {
   const auto* table = dynamic_cast<const Tabulated*>(&energy);
   return table ? table->rows : std::vector<MeasuredTorque>{};
+}
+
+std::vector<double> measured_settings(const Elastic& energy) {
+  const auto* table = dynamic_cast<const Tabulated*>(&energy);
+  return table ? table->settings : std::vector<double>{};
 }
 
 constexpr const char* no_pretension =
@@ -299,7 +305,7 @@ ElasticPtr tabulated(const Measurements& measured, const Limits& limits, double 
                        .measured_from = m.deflection.front(),
                        .measured_to = m.deflection.back(),
                        .remark = without_pretension ? no_pretension : ""};
-  return std::make_shared<Tabulated>(surface(m), std::move(traits), measured.rows);
+  return std::make_shared<Tabulated>(surface(m), std::move(traits), measured);
 }
 
 }  // namespace porthos::vsa

@@ -15,7 +15,9 @@ struct TorqueErrors {
   TorqueErrors(double absolute_ = 0, double relative_ = 0)
       : absolute(absolute_), relative(relative_) {}
   bool any() const { return absolute > 0 || relative > 0; }
-  std::vector<double> of(const std::vector<double>& torques) const;
+  /// Of torques, each the mean of so many rows; no numbers: of one each.
+  std::vector<double> of(const std::vector<double>& torques,
+                         const std::vector<double>& of_rows = {}) const;
 };
 
 /// A torque as it was measured.
@@ -32,7 +34,6 @@ struct Measurements {
   std::vector<double> stiffness;   ///< ∂²E/∂φ² [N m/rad], or empty
   std::vector<double> sigma_effort;  ///< ∂E/∂σ, or empty: E(0, σ) is then 0
   bool without_errors = false;       ///< the torques are smoothed already
-  double scatter = 0;       ///< of the torques as measured, at the worst σ (phs::scatter) [N m]
   double with_loop = 0;     ///< noise and half of a hysteresis loop, at the worst σ; 0: none [N m]
   double one_setting = 0;   ///< settings of σ that differ by less were taken as one, by their mean
   std::string remark = {};  ///< what is odd about it, a sentence for people; empty: nothing
@@ -45,7 +46,8 @@ struct Measurements {
 /// @param errors  of the torques. If there are any, the places need be no grid, and may be repeated
 ///   (loading and unloading): the curve of each σ is smoothed through its own places and taken at
 ///   evenly spaced deflections, at most 200. Places nearer than half of that spacing are one, with
-///   the means of their numbers. Where a setting of σ has fewer than four places, as one that is
+///   the mean of loading and unloading, the means of their numbers; the error of a mean is less by
+///   the root of how many rows it has. Where a setting of σ has fewer than four places, as one that is
 ///   measured and jitters, settings that follow each other by less than 1/50 of their range are
 ///   one
 /// @throws InvalidArgument "file:line: ..." for a missing column or number, a column that may be a
@@ -69,5 +71,7 @@ ElasticPtr tabulated(const Measurements& m, const Limits& l = {}, double toleran
 
 /// The rows of the file that a tabulated energy is from; empty: of another one.
 std::vector<MeasuredTorque> measured_torques(const Elastic& energy);
+/// The settings of σ of a tabulated energy, ascending; empty: of another one.
+std::vector<double> measured_settings(const Elastic& energy);
 
 }  // namespace porthos::vsa

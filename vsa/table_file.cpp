@@ -92,6 +92,21 @@ MeasuredCurves by_setting(const Rows& rows, double& one, const std::string& path
   return curves;
 }
 
+/// The mean of the means of loading and of unloading, which has no loop, and of how many rows a
+/// plain mean has the same error.
+std::pair<double, double> mean_of_ways(const MeasuredCurve& c, const std::vector<double>& values,
+                                       size_t first, size_t end) {
+  double sum[3] = {}, rows[3] = {};
+  for (size_t i = first; i < end; ++i) {
+    const auto way = size_t(1 + c.way[i]);
+    sum[way] += values[i];
+    rows[way] += 1;
+  }
+  if (rows[1] > 0 || rows[0] == 0 || rows[2] == 0)  // one way, or some row without
+    return {(sum[0] + sum[1] + sum[2]) / double(end - first), double(end - first)};
+  return {(sum[0] / rows[0] + sum[2] / rows[2]) / 2, 4 / (1 / rows[0] + 1 / rows[2])};
+}
+
 /// A grid over the deflections that every σ has, from the smoothed curve of each σ through its own
 /// places. Those nearer than half the finest spacing of a grid, as of an encoder that jitters,
 /// count by their mean.
@@ -102,12 +117,12 @@ Measurements gridded(const Rows& rows, const TorqueErrors& errors, const std::st
     const double one = 0.5 * (c.x.back() - c.x.front()) / double(most_places);
     for (size_t first = 0, i = 1; i <= c.x.size(); ++i) {
       if (i < c.x.size() && c.x[i] - c.x[first] <= one) continue;
-      const auto mean = [&, n = double(i - first)](const std::vector<double>& all) {
-        return std::accumulate(&all[first], &all[first] + (i - first), 0.0) / n;
-      };
-      curves[sigma].x.push_back(mean(c.x));
-      curves[sigma].y.push_back(mean(c.y));
-      curves[sigma].way.push_back(mean(c.way));
+      auto& to = curves[sigma];
+      for (std::vector<double> MeasuredCurve::*of : {&MeasuredCurve::x, &MeasuredCurve::y})
+        (to.*of).push_back(mean_of_ways(c, c.*of, first, i).first);
+      const auto [way, rows_of] = mean_of_ways(c, c.way, first, i);
+      to.way.push_back(way);
+      to.of_rows.push_back(rows_of);
       first = i;
     }
   }
@@ -131,10 +146,9 @@ Measurements gridded(const Rows& rows, const TorqueErrors& errors, const std::st
   for (size_t i = 0; i < n; ++i)
     m.deflection.push_back(i + 1 == n ? to : from + (to - from) * double(i) / double(n - 1));
   for (const auto& [sigma, c] : curves) {
-    m.scatter = std::max(m.scatter, phs::scatter(c.x, c.y));
     m.with_loop = std::max(m.with_loop, scatter_with_loop(c));
-    const phs::Spline f(c.x, phs::smoothed(c.x, c.y, errors.of(c.y)), phs::Spline::Outside::linear,
-                        "tabulated");
+    const phs::Spline f(c.x, phs::smoothed(c.x, c.y, errors.of(c.y, c.of_rows)),
+                        phs::Spline::Outside::linear, "tabulated");
     for (const double x : m.deflection) m.torque.push_back(f.value(x));
   }
   m.remark = remark_on(m, curves, errors, path);
@@ -211,7 +225,6 @@ Measurements parse_measurements(const std::string& text, const std::string& path
       const auto from = m->torque.begin() + long(j * m->deflection.size());
       auto& c = curves[m->sigma[j]] = {m->deflection, {from, from + long(m->deflection.size())}};
       for (const double x : c.x) c.way.push_back(rows[{m->sigma[j], x}][0][5]);
-      m->scatter = std::max(m->scatter, phs::scatter(c.x, c.y));
       m->with_loop = std::max(m->with_loop, scatter_with_loop(c));
     }
     m->rows = std::move(as_measured);

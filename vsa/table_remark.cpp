@@ -28,7 +28,7 @@ std::string rough_remark(const MeasuredCurves& curves, const std::string& path) 
 /// How many neighbours lie on one side of the smoothed curve, where those of errors change sides
 /// every other time (Wald, Wolfowitz 1940): a curve that is flatter than the spring.
 bool misses_the_shape(const MeasuredCurve& c, const TorqueErrors& errors) {
-  const auto smooth = phs::smoothed(c.x, c.y, errors.of(c.y));
+  const auto smooth = phs::smoothed(c.x, c.y, errors.of(c.y, c.of_rows));
   size_t changes = 0;
   for (size_t i = 1; i < c.x.size(); ++i)
     changes += (c.y[i] < smooth[i]) != (c.y[i - 1] < smooth[i - 1]);
@@ -47,6 +47,20 @@ double scatter_of(const MeasuredCurve& c, const std::vector<double>& s, double h
     if (s[i] > 0) loop += std::pow(half * c.way[i] / s[i], 2) / double(c.x.size());
   }
   return std::hypot(phs::scatter(c.x, without, s), std::sqrt(loop));
+}
+
+/// What to state in place of errors too large.
+std::string numbers_to_state(const MeasuredCurves& curves, const TorqueErrors& errors,
+                             double scatter) {
+  if (scatter < 1e-3) return "";
+  double rows = 1;
+  for (const auto& [sigma, c] : curves)
+    for (const double each : c.of_rows) rows = std::max(rows, each);
+  return fmt::format(
+      "; state {:.2g} {}{}", scatter * (errors.absolute > 0 ? errors.absolute : errors.relative),
+      errors.absolute > 0 ? "N m" : "as relative_smoothing",
+      rows > 1 ? " (near rows count by their mean, loading and unloading alike: no loop is left)"
+               : "");
 }
 
 }  // namespace
@@ -77,9 +91,11 @@ double scatter_with_loop(const MeasuredCurve& c) {
   return half > 0 ? scatter_of(c, std::vector<double>(c.x.size(), 1.0), half) : 0;
 }
 
-std::vector<double> TorqueErrors::of(const std::vector<double>& torques) const {
+std::vector<double> TorqueErrors::of(const std::vector<double>& torques,
+                                     const std::vector<double>& of_rows) const {
   std::vector<double> s;
   for (const double y : torques) s.push_back(std::hypot(absolute, relative * y));
+  for (size_t i = 0; i < of_rows.size(); ++i) s[i] /= std::sqrt(of_rows[i]);
   return s;
 }
 
@@ -91,34 +107,38 @@ std::string remark_on(const Measurements& m, const MeasuredCurves& curves,
                        path, widest);
   if (!errors.any()) return rough_remark(curves, path);
   double least = HUGE_VAL, most = 0, where_least = 0, where_most = 0, half = 0;
+  // A hundredth on each side, of all settings together about.
+  const double sigmas = std::sqrt(5.4 + 2 * std::log(double(curves.size())));
   for (const auto& [sigma, c] : curves) {
-    const double own = half_loop(c), scatter = scatter_of(c, errors.of(c.y), own);
-    if (scatter < least) where_least = sigma;
-    if (scatter > most) {
+    const double own = half_loop(c), scatter = scatter_of(c, errors.of(c.y, c.of_rows), own);
+    const auto usual = phs::usual_scatter(c.x.size(), sigmas);
+    if (scatter < least && scatter < std::clamp(usual.first, 1 / 3.0, 0.6)) {
+      least = scatter;
+      where_least = sigma;
+    }
+    // A twentieth: the curve of errors stated too small follows them at once.
+    if (scatter > most && scatter > std::max(usual.second, 1 / 0.95)) {
+      most = scatter;
       where_most = sigma;
       half = own;
     }
-    least = std::min(least, scatter);
-    most = std::max(most, scatter);
   }
   const auto at = [&](double sigma) {
     return curves.size() > 1 ? fmt::format(" at sigma = {:.4g}", sigma) : "";
   };
-  if (3 * least < 1)
+  if (least < 1)
     return fmt::format(
-        "{}: the errors that smoothing states are {:.2g} times what neighbours scatter by{}: the "
-        "curve may be flattened",
-        path, 1 / least, at(where_least));
-  // A twentieth: the scatter of a hundred rows is known to a tenth, and the curve of errors stated
-  // too small follows them at once.
-  if (most > 1 / 0.95 && half > 0)
+        "{}: the errors that smoothing states are {} times what neighbours scatter by{}: the "
+        "curve may be flattened{}",
+        path, least < 1e-3 ? "over 1000" : fmt::format("{:.2g}", 1 / least), at(where_least),
+        numbers_to_state(curves, errors, least));
+  if (most > 0 && half > 0)
     return fmt::format(
         "{}: loading and unloading differ by {:.2g} N m{}: half of it counts as an error, which "
-        "with "
-        "the noise is {:.3g} times what smoothing states: the curve may follow the loop, and its "
-        "stiffness more so",
+        "with the noise is {:.3g} times what smoothing states: the curve may follow the loop, and "
+        "its stiffness more so",
         path, 2 * half, at(where_most), most);
-  if (most > 1 / 0.95)
+  if (most > 0)
     return fmt::format(
         "{}: neighbours scatter by {:.3g} times the errors that smoothing states{}: the curve may "
         "follow the errors, and its stiffness more so; in doubt state a tenth more "

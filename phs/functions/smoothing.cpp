@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 
 namespace porthos::phs {
 namespace {
@@ -76,6 +77,48 @@ class Smoother {
   double most_ = 0;
 };
 
+/// How n values are divided for their scatter.
+struct Pieces {
+  explicit Pieces(std::size_t n)
+      : values(n),
+        count(std::max<std::size_t>(1, (n + 5) / 10)),
+        parameters(std::min<std::size_t>(4, (n + 1) / 2)),
+        freedom(n < 3 ? 0 : n - count * parameters) {}
+  std::size_t begin(std::size_t k) const { return k * values / count; }
+  std::size_t values, count, parameters, freedom;
+};
+
+/// Σ ((y_i - p(x_i)) / s_i)² of the polynomial p of least squares through the values of a piece, by
+/// powers of x made orthogonal one after the other.
+double squares_off(const std::vector<double>& x, const std::vector<double>& y,
+                   const std::vector<double>& s, double size, std::size_t begin, std::size_t end,
+                   std::size_t parameters) {
+  const double middle = (x[begin] + x[end - 1]) / 2, half = (x[end - 1] - x[begin]) / 2;
+  std::vector<std::vector<double>> powers(parameters);
+  std::vector<double> off;
+  for (std::size_t i = begin; i < end; ++i) {
+    double power = 1 / std::max(s[i], 1e-3 * size);
+    off.push_back(y[i] * power);
+    for (auto& each : powers) {
+      each.push_back(power);
+      power *= (x[i] - middle) / half;
+    }
+  }
+  const auto dot = [](const std::vector<double>& a, const std::vector<double>& b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+  };
+  const auto take = [&](std::vector<double>& from, const std::vector<double>& a) {
+    const double part = dot(from, a) / dot(a, a);
+    for (std::size_t i = 0; i < a.size(); ++i) from[i] -= part * a[i];
+  };
+  for (std::size_t k = 0; k < parameters; ++k) {
+    for (int twice = 0; twice < 2; ++twice)
+      for (std::size_t j = 0; j < k; ++j) take(powers[k], powers[j]);
+    take(off, powers[k]);
+  }
+  return dot(off, off);
+}
+
 }  // namespace
 
 std::vector<double> smoothed(const std::vector<double>& x, const std::vector<double>& y,
@@ -98,15 +141,21 @@ double scatter(const std::vector<double>& x, const std::vector<double>& y) {
 
 double scatter(const std::vector<double>& x, const std::vector<double>& y,
                const std::vector<double>& s) {
-  if (x.size() < 3) return 0;
+  const Pieces pieces(x.size());
+  double size = 0;
+  for (const double each : s) size += each * each / double(s.size());
+  if (pieces.freedom == 0 || size == 0) return 0;
   double sum = 0;
-  for (std::size_t i = 1; i + 1 < x.size(); ++i) {
-    const double a = (x[i + 1] - x[i]) / (x[i + 1] - x[i - 1]), b = 1 - a;
-    const double off = a * y[i - 1] + b * y[i + 1] - y[i];
-    const double variance = s[i] * s[i] + a * a * s[i - 1] * s[i - 1] + b * b * s[i + 1] * s[i + 1];
-    if (variance > 0) sum += off * off / variance;
-  }
-  return std::sqrt(sum / double(x.size() - 2));
+  for (std::size_t k = 0; k < pieces.count; ++k)
+    sum += squares_off(x, y, s, std::sqrt(size), pieces.begin(k), pieces.begin(k + 1),
+                       pieces.parameters);
+  return std::sqrt(sum / double(pieces.freedom));
+}
+
+std::pair<double, double> usual_scatter(std::size_t n, double sigmas) {
+  const double part = 2 / (9 * double(Pieces(n).freedom));
+  const auto at = [&](double z) { return std::max(0.0, 1 - part + z * std::sqrt(part)); };
+  return {std::pow(at(-sigmas), 1.5), std::pow(at(sigmas), 1.5)};
 }
 
 double slope_error(const std::vector<double>& x, const std::vector<double>& y) {

@@ -1,4 +1,6 @@
 #pragma once
+#include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace porthos::phs {
@@ -14,13 +16,17 @@ namespace porthos::phs {
 std::vector<double> smoothed(const std::vector<double>& x, const std::vector<double>& y,
                              const std::vector<double>& s);
 
-/// How far values scatter about the straight line through their two neighbours, as the standard
-/// deviation of their errors (Gasser, Sroka, Jennen-Steinmetz 1986, Biometrika 73). A curve that
-/// bends between neighbours adds to it. x as above; 0 for fewer than three values.
+/// How far values scatter about cubics of least squares through ten neighbours each, as the standard
+/// deviation of their errors. Fewer than seven values have polynomials of a lower degree. x as above;
+/// 0 for fewer than three values.
 double scatter(const std::vector<double>& x, const std::vector<double>& y);
-/// The same in units of the errors s that are stated: 1 where these are right.
+/// The same in units of the errors s that are stated (as of smoothed): 1 where these are right.
 double scatter(const std::vector<double>& x, const std::vector<double>& y,
                const std::vector<double>& s);
+/// Between which two numbers the scatter of n values with the errors stated is, in units of these,
+/// all but at `sigmas` standard deviations of a normal distribution on either side: the quantiles
+/// of chi squared (Wilson, Hilferty 1931). n: three or more
+std::pair<double, double> usual_scatter(std::size_t n, double sigmas);
 
 /// By what share of its mean the slope of a spline through (x, y) is off because y scatters like
 /// noise: √2 scatter over the distance of neighbours. 0 for a curve: there at most three, or a

@@ -23,17 +23,14 @@ struct Curve {
 };
 
 void panel_of(Svg& svg, double left, const std::string& title, const std::vector<double>& x,
-              const std::vector<Curve>& curves, double mark, const Curve& rows = {}) {
+              const std::vector<Curve>& curves, double mark, const std::vector<Curve>& dots = {}) {
   double low = 0, high = 0;
-  for (const auto& c : curves)
-    for (const double y : c.y) {
-      low = std::min(low, y);
-      high = std::max(high, y);
-    }
-  for (const double y : rows.y) {
-    low = std::min(low, y);
-    high = std::max(high, y);
-  }
+  for (const auto* list : {&curves, &dots})
+    for (const auto& c : *list)
+      for (const double y : c.y) {
+        low = std::min(low, y);
+        high = std::max(high, y);
+      }
   if (high == low) high = low + 1;
   const double room = 0.04 * (high - low);
   low -= room;
@@ -56,9 +53,10 @@ void panel_of(Svg& svg, double left, const std::string& title, const std::vector
   for (const double side : {-mark, mark})
     if (mark < x.back())
       svg.rule(px(side), top, px(side), bottom, colour::alarm, 1, " stroke-dasharray=\"3 3\"");
-  for (size_t i = 0; i < rows.x.size(); ++i)
-    if (std::fabs(rows.x[i]) <= x.back())
-      svg.marker(0, px(rows.x[i]), py(rows.y[i]), 2, colour::soft, colour::soft);
+  for (const auto& c : dots)
+    for (size_t i = 0; i < c.x.size(); ++i)
+      if (std::fabs(c.x[i]) <= x.back())
+        svg.marker(0, px(c.x[i]), py(c.y[i]), 2, c.colour, c.colour);
   for (const auto& c : curves) {
     std::string line;
     for (size_t i = 0; i < c.x.size(); ++i)
@@ -68,10 +66,29 @@ void panel_of(Svg& svg, double left, const std::string& title, const std::vector
   svg.text(left + panel / 2, bottom + 38, "middle", 11.5, colour::soft, "deflection [rad]");
 }
 
+/// The rows of a table as they were measured, in the colours of their settings; those of settings
+/// without a curve are grey.
+std::vector<Curve> measured_dots(const vsa::Elastic& e, const std::vector<double>& sigmas,
+                                 const std::vector<Curve>& curves) {
+  std::vector<Curve> dots(sigmas.size() + 1);
+  for (size_t k = 0; k < sigmas.size(); ++k) dots[k].colour = curves[k].colour;
+  dots.back().colour = colour::soft;
+  const auto settings = vsa::measured_settings(e);
+  for (const auto& r : vsa::measured_torques(e)) {
+    const auto off = [&](double sigma) { return std::fabs(sigma - r.sigma); };
+    const double setting = *std::ranges::min_element(settings, {}, off);
+    auto& to = dots[size_t(std::ranges::find(sigmas, setting) - sigmas.begin())];
+    to.x.push_back(r.deflection);
+    to.y.push_back(r.torque);
+  }
+  return dots;
+}
+
 /// Of deflections up to that one to both sides; the energy's angle θ counts where it is not
 /// translation invariant.
 std::string curves_of(const std::string& title, const vsa::Elastic& e,
-                      const std::vector<double>& sigmas, double deflection, double theta) {
+                      const std::vector<double>& sigmas, double deflection, double theta,
+                      bool with_energy) {
   std::vector<double> x;
   for (int i = 0; i < points; ++i) x.push_back(deflection * (2.0 * i / (points - 1) - 1));
   std::vector<Curve> torque, stiffness, energy;
@@ -96,8 +113,7 @@ std::string curves_of(const std::string& title, const vsa::Elastic& e,
     stiffness.push_back(c);
     energy.push_back(E);
   }
-  const bool table = traits.family == "tabulated";  // of a table the energy is found
-  Svg svg(table ? width + next : width, height);
+  Svg svg(with_energy ? width + next : width, height);
   svg.text(64, 26, "start", 16, colour::ink, title, " font-weight=\"600\"");
   double at = 64;
   for (size_t k = 0; k < sigmas.size() && !traits.sigma.empty(); ++k) {
@@ -107,23 +123,18 @@ std::string curves_of(const std::string& title, const vsa::Elastic& e,
     svg.text(at + 24, 46, "start", 11.5, colour::ink, label);
     at += 44 + text_width(label, 11.5);
   }
-  Curve rows;  // of a table, as they were measured
-  for (const auto& r : vsa::measured_torques(e)) {
-    rows.x.push_back(r.deflection);
-    rows.y.push_back(r.torque);
-  }
   const bool each = traits.family == "cosh";  // the limit is of each spring
   const double mark = each ? HUGE_VAL : limit;
-  panel_of(svg, 64, "holding torque [N m]", x, torque, mark, rows);
+  panel_of(svg, 64, "holding torque [N m]", x, torque, mark, measured_dots(e, sigmas, torque));
   panel_of(svg, 64 + next, "stiffness [N m/rad]", x, stiffness, mark);
-  if (table) panel_of(svg, 64 + 2 * next, "energy [J]", x, energy, mark);
+  if (with_energy) panel_of(svg, 64 + 2 * next, "energy [J]", x, energy, mark);
   return svg.finish();
 }
 
 }  // namespace
 
 std::string datasheet_plot(const vsa::Device& d) {
-  return curves_of(d.title, *vsa::elastic_of(d), d.sigma, d.deflection, d.theta);
+  return curves_of(d.title, *vsa::elastic_of(d), d.sigma, d.deflection, d.theta, false);
 }
 
 std::string spring_plot(const JointActuator& a) {
@@ -132,7 +143,13 @@ std::string spring_plot(const JointActuator& a) {
   std::vector<double> sigmas{a.sigma};
   // ±σ are often the same spring, and at the end of its range a spring may have no room.
   const double least = limits.sigma_lower == -limits.sigma_upper ? 0 : limits.sigma_lower;
-  if (const double range = limits.sigma_upper - least; range < HUGE_VAL) {
+  const auto settings = vsa::measured_settings(*a.actuator.elastic);
+  if (!settings.empty()) {
+    const size_t n = std::min(settings.size(), std::size(colour::lines));
+    sigmas.clear();
+    for (size_t k = 0; k < n; ++k)
+      sigmas.push_back(settings[n < 2 ? 0 : k * (settings.size() - 1) / (n - 1)]);
+  } else if (const double range = limits.sigma_upper - least; range < HUGE_VAL) {
     sigmas.clear();
     for (int k = 0; k < 4; ++k) sigmas.push_back(least + range * k / 4);
   }
@@ -143,7 +160,7 @@ std::string spring_plot(const JointActuator& a) {
   else if (measured < HUGE_VAL)
     deflection = measured;
   return curves_of(fmt::format("{} ({})", a.name, traits.family), *a.actuator.elastic, sigmas,
-                   deflection, traits.translation_invariant ? 0 : a.theta.value_or(0));
+                   deflection, traits.translation_invariant ? 0 : a.theta.value_or(0), true);
 }
 
 }  // namespace porthos::scene

@@ -14,9 +14,10 @@ struct JointActuator;
 /// @throws InvalidArgument for a device without a model
 std::string datasheet_plot(const vsa::Device& device);
 
-/// The same of an actuator of a scene, up to the limit of its deflection, else as far as it was
-/// measured, else 1 rad, for four values of σ in its range, else for the one at the start. Of a
-/// table the energy and the measured torques too.
+/// Torque, stiffness and energy of an actuator of a scene, up to the limit of its deflection, else
+/// as far as it was measured, else 1 rad, for four values of σ in its range, else for the one at
+/// the start. Of a table for the measured settings, at most as many as there are colours, with the
+/// measured torques.
 std::string spring_plot(const JointActuator& actuator);
 
 }  // namespace porthos::scene

@@ -51,8 +51,8 @@ TEST_F(Scenes, StartAtTheJointsAngle) {
   EXPECT_EQ(lower.initial.x[at + 1], 0.1);
 }
 
-/// The picture of a table has its energy and its three rows.
-/// Control: that of a device has neither.
+/// The picture of a spring has its energy, and of a table a curve and dots of one colour for each
+/// measured setting. Controls: one of a catalogue has no energy, a device no rows.
 TEST_F(Scenes, ThePictureOfATableHasItsEnergy) {
   std::ofstream(folder_ / "spring.csv") << "deflection,torque\n-0.5,-1\n0,0\n0.5,1\n";
   const auto picture = [&](const std::string& actuator) {
@@ -69,8 +69,25 @@ TEST_F(Scenes, ThePictureOfATableHasItsEnergy) {
   };
   EXPECT_EQ(dots(drawn), 3u);
   const std::string device = picture(qbmove + fixed + held);
-  EXPECT_EQ(device.find("energy [J]"), std::string::npos);
+  EXPECT_NE(device.find("energy [J]"), std::string::npos);
   EXPECT_EQ(dots(device), 0u);
+  EXPECT_EQ(scene::datasheet_plot(vsa::device("qbmove_advanced")).find("energy [J]"),
+            std::string::npos);
+
+  std::ofstream five(folder_ / "five.csv");
+  five << "deflection,sigma,torque\n";
+  for (const double sigma : {0.0, 0.1, 0.3, 0.6, 1.0})
+    for (const int phi : {-1, 0, 1}) five << phi << ',' << sigma << ',' << phi * (1 + sigma) << '\n';
+  five.close();
+  const std::string settings = picture(elbow + "table = \"five.csv\"\n" + fixed + held);
+  EXPECT_EQ(dots(settings), 15u);
+  for (size_t k = 0; k < 5; ++k) {
+    const std::string dot = fmt::format("r=\"2\" fill=\"{}\"", scene::colour::lines[k]);
+    size_t n = 0;
+    for (size_t at = 0; (at = settings.find(dot, at)) != settings.npos; ++at) ++n;
+    EXPECT_EQ(n, 3u) << settings.substr(settings.find("<circle"), 100);
+  }
+  EXPECT_NE(settings.find("σ = 1 "), std::string::npos);
 }
 
 /// offset + amplitude sin(2π f t + phase), and the note on a command that begins elsewhere.

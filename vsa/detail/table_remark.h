@@ -11,6 +11,8 @@ namespace porthos::vsa {
 struct MeasuredCurve {
   std::vector<double> x, y;
   std::vector<double> way = {};  ///< 1: measured while the deflection rose, -1: while it fell
+  /// How many rows each torque is the mean of; empty: one.
+  std::vector<double> of_rows = {};
 };
 using MeasuredCurves = std::map<double, MeasuredCurve>;  ///< by σ
 
