@@ -113,13 +113,19 @@ double pole_between(const F& f, double a, double b, double at_a, double at_b) {
   return there > 100 * halfway ? middle : NAN;
 }
 
+/// The values of σ at which an energy is looked through.
+std::vector<double> looked_at(const Limits& l, bool with_sigma) {
+  if (!with_sigma) return {0};
+  const double range = l.sigma_upper - l.sigma_lower;
+  return {l.sigma_lower + 0.5 * range, l.sigma_lower, l.sigma_upper};
+}
+
 /// Refuses a stiffness with a pole between the places at which it was checked.
 void check_poles(const Elastic& e, bool with_sigma) {
   constexpr int intervals = 200;
   const Limits& l = e.traits().limits;
   const double most = std::min(l.deflection, M_PI);
-  for (const double part : {0.5, 0.0, 1.0}) {
-    const double sigma = with_sigma ? l.sigma_lower + part * (l.sigma_upper - l.sigma_lower) : 0;
+  for (const double sigma : looked_at(l, with_sigma)) {
     const auto size = [&](double phi) { return std::fabs(e.stiffness(phi, 0.0, sigma)); };
     const auto place = [&](int i) { return most * (2.0 * i / intervals - 1); };
     std::vector<double> at;
@@ -134,7 +140,6 @@ void check_poles(const Elastic& e, bool with_sigma) {
           "over the range of the limits (of phi: ± pi without a limit): limits.deflection below it",
           pole, with_sigma ? fmt::format(" at sigma = {:.4g}", sigma) : ""));
     }
-    if (!with_sigma) break;
   }
 }
 
@@ -166,12 +171,31 @@ Jump largest_jump(const F& f, double most, double least) {
   return largest;
 }
 
+double kink_of(const FormulaEnergy& energy, const Limits& l, bool with_sigma) {
+  const double most = std::min(l.deflection, M_PI);
+  for (const double sigma : looked_at(l, with_sigma)) {
+    using Third = Jet<Jet<Jet<double, 1>, 1>, 1>;
+    const auto third = [&](double phi) {
+      return energy.energy(Third({{phi, 0}, 0}, 0), Third(sigma)).d[0].d[0].d[0];
+    };
+    const double size = std::fabs(third(most)) + std::fabs(third(-most));
+    if (const Jump j = largest_jump(third, most, 1e-6 * size); j.to != j.from) return j.at;
+  }
+  return NAN;
+}
+
+/// With the place of its kink.
+struct Kinked final : ElasticOf<FormulaEnergy> {
+  Kinked(FormulaEnergy energy, ElasticTraits traits, double at)
+      : ElasticOf(std::move(energy), std::move(traits)), kink(at) {}
+  double kink;
+};
+
 /// A remark on a stiffness that jumps; refuses torques that do, which no method can follow.
 std::string checked_kinks(const Elastic& e, bool with_sigma) {
   const Limits& l = e.traits().limits;
   const double most = std::min(l.deflection, M_PI);
-  for (const double part : {0.5, 0.0, 1.0}) {
-    const double sigma = with_sigma ? l.sigma_lower + part * (l.sigma_upper - l.sigma_lower) : 0;
+  for (const double sigma : looked_at(l, with_sigma)) {
     const auto torque = [&](double phi) { return e.slopes(phi, 0.0, sigma).q; };
     const auto stiffness = [&](double phi) { return e.stiffness(phi, 0.0, sigma); };
     const auto size = [&](const auto& f) { return std::fabs(f(most)) + std::fabs(f(-most)); };
@@ -186,7 +210,6 @@ std::string checked_kinks(const Elastic& e, bool with_sigma) {
           "place lose their order, so errors fall as the step, and the implicit equations may fail "
           "there; a rounded corner has neither",
           j.from, j.to, j.at);
-    if (!with_sigma) break;
   }
   return "";
 }
@@ -214,7 +237,13 @@ ElasticPtr formula(const Formula& p, const Limits& l) {
   check_poles(*e, with_sigma);
   if (!energy.formula.has_kinks()) return e;
   traits.remark = checked_kinks(*e, with_sigma);
-  return make_elastic(std::move(energy), std::move(traits));
+  const double kink = kink_of(energy, traits.limits, with_sigma);
+  return std::make_shared<Kinked>(std::move(energy), std::move(traits), kink);
+}
+
+double kink_of(const Elastic& energy) {
+  const auto* kinked = dynamic_cast<const Kinked*>(&energy);
+  return kinked ? kinked->kink : NAN;
 }
 
 }  // namespace porthos::vsa

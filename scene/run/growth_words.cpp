@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "scene/run/spring_ranges.h"
+
 namespace porthos::scene {
 namespace {
 
@@ -82,6 +84,8 @@ std::string growth_words(const RunReport& r) {
   const bool recorded = r.method == "recorded";
   const bool fails =
       std::ranges::any_of(r.checks, [](const Check& c) { return c.name == "energy" && !c.pass; });
+  const bool kinks = std::ranges::any_of(
+      r.notes, [](const auto& n) { return n.find(kinks_cost_order) != std::string::npos; });
   return words(
       r.energy,
       {.steps = double(r.steps),
@@ -91,9 +95,10 @@ std::string growth_words(const RunReport& r) {
                          ? ": the truncation of the method, expected a shorter step or a method of "
                            "higher order"
                          : ": the truncation of the method",
-       .what_to_do = recorded ? ""
-                              : ": does it with a shorter step (porthos compare)? Do the slopes of "
-                                "energies of your own agree with them (porthos verify)?",
+       .what_to_do = recorded || kinks
+                         ? ""
+                         : ": does it with a shorter step (porthos compare)? Do the slopes of "
+                           "energies of your own agree with them (porthos verify)?",
        .of_jump = recorded ? "" : ": the motion is not resolved there",
        .unequal = std::ranges::any_of(r.notes,
                                       [](const auto& n) { return n.starts_with(unequal_rows); })});

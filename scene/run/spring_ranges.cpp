@@ -7,16 +7,24 @@
 #include "scene/assemble/assembly.h"
 #include "scene/read/scene.h"
 #include "scene/run/run_report.h"
+#include "vsa/formula.h"
 
 namespace porthos::scene {
 
 SpringRanges::SpringRanges(const Scene& scene, const Assembly& assembly, const RecordLayout& layout)
     : layout_(layout), most_(scene.verify.energy.value_or(HUGE_VAL)) {
+  const auto table = [&](const char* of, const std::string& name) {
+    kinks_.push_back(fmt::format(
+        "the spring of {} '{}' is a table: its third derivative jumps at every place", of, name));
+  };
   for (const Element& e : scene.elements)
-    if (e.table) tables_.push_back("element '" + e.name + "'");
+    if (e.table) table("element", e.name);
   for (const JointActuator& a : scene.actuators) {
-    if (a.actuator.elastic->traits().family == "tabulated")
-      tables_.push_back("actuator '" + a.name + "'");
+    if (a.actuator.elastic->traits().family == "tabulated") table("actuator", a.name);
+    if (const double kink = vsa::kink_of(*a.actuator.elastic); !std::isnan(kink))
+      kinks_.push_back(fmt::format(
+          "the third derivative of the energy of actuator '{}' jumps at phi = {:.4g} rad", a.name,
+          std::fabs(kink) < 1e-12 ? 0 : kink));
     if (!a.remark.empty()) remarks_.push_back(a.remark);
     const ActuatorPlace at = place_of(a, assembly.model->description());
     const vsa::ElasticTraits& t = a.actuator.elastic->traits();
@@ -56,11 +64,9 @@ void SpringRanges::see(std::span<const double> record) {
 
 void SpringRanges::fill(RunReport& report) const {
   report.notes.insert(report.notes.end(), remarks_.begin(), remarks_.end());
-  if (!tables_.empty() && report.energy.max_rel_error > most_)
-    report.notes.push_back(fmt::format(
-        "the spring of {} is a table: its third derivative jumps at every place, so a method needs "
-        "smaller steps than for a formula; the spring itself makes no energy",
-        tables_.front()));
+  if (!kinks_.empty() && report.energy.max_rel_error > most_)
+    report.notes.push_back(
+        fmt::format("{}, {}; the spring itself makes no energy", kinks_.front(), kinks_cost_order));
   for (const Range& r : ranges_)
     if (r.first >= 0)
       report.notes.push_back(fmt::format(

@@ -12,6 +12,10 @@ struct Scene;
 struct Assembly;
 struct RunReport;
 
+/// Part of the note on a spring whose derivatives jump.
+inline constexpr const char* kinks_cost_order =
+    "so a method needs smaller steps than for a formula without kinks, or is gonzalez or auto";
+
 /// Whether the springs of actuators stay where their energies are known, from the records of a run:
 /// σ in its range where no stop keeps it there, with [run] extrema at all steps; the deflection in
 /// the range that was measured, at the records.
@@ -19,10 +23,10 @@ class SpringRanges {
  public:
   /// The scene must outlive it.
   SpringRanges(const Scene& scene, const Assembly& assembly, const RecordLayout& layout);
-  bool any() const { return !ranges_.empty() || !remarks_.empty() || !tables_.empty(); }
+  bool any() const { return !ranges_.empty() || !remarks_.empty() || !kinks_.empty(); }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record);
-  /// Adds a note for each range that was left, the remarks on tables, and one on their steps if the
+  /// Adds a note for each range that was left, the remarks on tables, and one on the steps of springs with kinks if the
   /// energy error is too large.
   void fill(RunReport& report) const;
 
@@ -37,8 +41,8 @@ class SpringRanges {
   };
   RecordLayout layout_;
   std::vector<Range> ranges_;
-  std::vector<std::string> remarks_, tables_;  ///< tables: what has a spring from one
-  double most_;                                ///< energy error that passes
+  std::vector<std::string> remarks_, kinks_;  ///< kinks: what they are and where
+  double most_;                               ///< energy error that passes
 };
 
 }  // namespace porthos::scene

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "scene/ensemble/ensemble.h"
+#include "scene/run/growth_words.h"
 #include "tests/places.h"
 #include "tests/run/scenes.h"
 #include "tests/support/bounds.h"
@@ -229,6 +230,14 @@ TEST(FormulaEnergy, AKinkOfTheStiffnessIsRemarked) {
                    "the stiffness jumps from 4 to 10 N m/rad at phi = 0.2 rad"));
   EXPECT_EQ(remark("2*phi^2 + 3*max(phi - 0.2, 0)^3"), "") << "a stiffness that bends only";
   EXPECT_EQ(remark("2*phi^2 + exp(3*phi)"), "");
+  const auto kink = [](const char* energy) {
+    return vsa::kink_of(*vsa::formula({energy, {}}, {}));
+  };
+  EXPECT_NEAR(kink("2*phi^2 + 3*max(phi - 0.2, 0)^3"), 0.2, 1e-12);
+  EXPECT_NEAR(kink("5*abs(phi)*phi^2"), 0, 1e-12);
+  EXPECT_NEAR(std::fabs(kink("2*phi^2 + 4*max(abs(phi) - 0.1, 0)^3")), 0.1, 1e-12);
+  EXPECT_TRUE(std::isnan(kink("2*phi^2 + 3*max(phi - 0.2, 0)^4"))) << "control";
+  EXPECT_TRUE(std::isnan(kink("2*phi^2 + exp(3*phi)"))) << "control: no kinks";
 }
 
 // --- scenes --------------------------------------------------------------------------------------
@@ -279,6 +288,29 @@ TEST_F(FormulaScene, RunsAsTheDevice) {
   const auto other = end(read("vsa_cycle", "links.urdf", by_formula(original, "6.7329")), "other");
   keeps("vsa_cycle by formula, end state", distance(device, formula), 1e-9);
   breaks("control: a = 6.7329", distance(device, other), 1e-9);
+}
+
+// |φ|³ costs gauss12 its order: the run names the kink, and not slopes that Porthos makes itself.
+TEST_F(FormulaScene, AFailingEnergyNamesTheKink) {
+  const auto words = [&](const std::string& energy, const std::string& method) {
+    const auto s = read(
+        "qbmove_arm", "arm.urdf",
+        "[model]\nurdf = \"arm.urdf\"\nbase = \"fixed\"\n[[actuator]]\nname = \"a\"\n"
+        "joint = \"shoulder\"\nfamily = \"formula\"\nenergy = \"" +
+            energy + "\"\ntheta = { drive = \"fixed\", start = 0.5 }\n[integrator]\nmethod = \"" +
+            method + "\"\nstep = 0.01\n[run]\nduration = 5.0\n");
+    const auto r =
+        scene::run(s, scene::assemble(s), into(folder_ / (method + energy.substr(0, 1))));
+    std::string all = scene::growth_words(r) + "\n";
+    for (const auto& n : r.notes) all += n + "\n";
+    return all;
+  };
+  const std::string kink = words("5*abs(phi)*phi^2", "gauss12");
+  EXPECT_TRUE(says(kink, "third derivative of the energy of actuator 'a' jumps at phi = 0 rad"));
+  EXPECT_EQ(kink.find("energies of your own"), std::string::npos) << kink;
+  EXPECT_EQ(words("5*phi^2", "gauss12").find("jumps at"), std::string::npos) << "control: smooth";
+  EXPECT_EQ(words("5*abs(phi)*phi^2", "gonzalez").find("jumps at"), std::string::npos)
+      << "control: keeps the energy whatever its shape";
 }
 
 TEST_F(FormulaScene, ResumesBitForBit) {

@@ -6,9 +6,11 @@
 
 #include "scene/assemble/assembly.h"
 #include "scene/plot/actuator_plot.h"
+#include "scene/plot/svg.h"
 #include "tests/places.h"
 #include "tests/support/bounds.h"
 #include "tests/vsa/actuators.h"
+#include "vsa/catalogue.h"
 
 namespace porthos::test::scene_test {
 namespace {
@@ -77,15 +79,16 @@ TEST_F(Scenes, ThePictureOfATableHasItsEnergy) {
   std::ofstream five(folder_ / "five.csv");
   five << "deflection,sigma,torque\n";
   for (const double sigma : {0.0, 0.1, 0.3, 0.6, 1.0})
-    for (const int phi : {-1, 0, 1}) five << phi << ',' << sigma << ',' << phi * (1 + sigma) << '\n';
+    for (const int phi : {-1, 0, 1})
+      five << phi << ',' << sigma << ',' << phi * (1 + sigma) << '\n';
   five.close();
   const std::string settings = picture(elbow + "table = \"five.csv\"\n" + fixed + held);
   EXPECT_EQ(dots(settings), 15u);
   for (size_t k = 0; k < 5; ++k) {
-    const std::string dot = fmt::format("r=\"2\" fill=\"{}\"", scene::colour::lines[k]);
+    const std::string dot = fmt::format("r=\"2.0\" fill=\"{}\"", scene::colour::lines[k]);
     size_t n = 0;
     for (size_t at = 0; (at = settings.find(dot, at)) != settings.npos; ++at) ++n;
-    EXPECT_EQ(n, 3u) << settings.substr(settings.find("<circle"), 100);
+    EXPECT_EQ(n, 3u) << "dots of setting " << k;
   }
   EXPECT_NE(settings.find("σ = 1 "), std::string::npos);
 }
