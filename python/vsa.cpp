@@ -230,7 +230,8 @@ Ports: 'link' (flow in: joint rate -> dE/dq), 'theta' and 'sigma' by their drive
         return as_array(actuator_start(who, a, link, theta, sigma));
       },
       arg("who"), arg("actuator"), arg("link"), arg("theta"), arg("sigma") = 0.0,
-      "The start of that state, at rest. `who` begins the sentences of what is refused.");
+      "The start of that state, at rest. link: the joint's own angle at the start [rad]; "
+      "simulate() refuses another. `who` begins the sentences of what is refused.");
   m.def(
       "attach",
       [](phs::Network& n, const std::string& name, const std::string& port, const Actuator& a) {

@@ -74,7 +74,8 @@ struct Actuator {
 /// or an invalid number
 std::shared_ptr<const phs::Model> actuator_model(const Actuator& a);
 
-/// The start value of that state, at rest. `who` begins the error texts.
+/// The start value of that state, at rest. link: the angle of the joint at the start [rad], from
+/// which it never moves apart. `who` begins the error texts.
 /// @throws InvalidArgument as Elastic::require_inside
 std::vector<double> actuator_start(const std::string& who, const Actuator& a, double link,
                                    double theta, double sigma);

@@ -290,6 +290,21 @@ def _compare(data, assembly, methods, budget, duration, out, progress) -> Compar
     return Comparison(json.loads(content), table, Path(out) if out else None)
 
 
+def _refuse_links_elsewhere(model: Model, x) -> None:
+    """An actuator's state has the joint's angle as its own: their difference is a Casimir, so a wrong start stays wrong."""
+    at = {b.name: b.at for b in model.description.blocks if b.size == 1}
+    for text in getattr(model, "casimirs", []):
+        names = text.lstrip("-").replace(" + ", " - ").split(" - ")
+        own = [n for n in names if n.endswith(".link") and n[:-5] + ".theta" in at]
+        if len(names) != 2 or len(own) != 1 or text.startswith("-") == (" - " in text) or not all(n in at for n in names):
+            continue
+        joint = names[1 - names.index(own[0])]
+        link, angle = (float(x[at[n]]) for n in (own[0], joint))
+        if abs(link - angle) > 1e-9 * max(1, abs(angle)):
+            raise InvalidArgument(f"actuator '{own[0][:-5]}' starts with link = {link:.6g} rad and its joint '{joint}' at {angle:.6g} rad, "
+                                  "expected the same: actuator_start(..., link=) takes the joint's angle")
+
+
 def _scene_of(model: Model, x, step, duration, method, record_every, limits, title, options) -> tuple[SceneData, _core.Assembly]:
     if not isinstance(model, Model):
         raise InvalidArgument(f"model is a {type(model).__name__}, expected a Model, as MechanicalModel(mechanism); a scene file is run by Scene(path).run()")
@@ -312,7 +327,9 @@ def _scene_of(model: Model, x, step, duration, method, record_every, limits, tit
             raise InvalidArgument(f"there is no option '{name}', expected one of: {', '.join(sorted(known))}")
         setattr(data, name, value)
     data.verify = _core.Limits(**(limits or {}))
-    return data, _core.assembly_of(model, x)
+    assembly = _core.assembly_of(model, x)
+    _refuse_links_elsewhere(model, x)
+    return data, assembly
 
 
 def simulate(model: Model, x, *, step: float, duration: float, method: str = "gauss16", record_every: float | None = None,

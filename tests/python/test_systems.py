@@ -320,6 +320,8 @@ def test_actuators_of_the_catalogue(pendulum):
     model = n.build()
     x = np.concatenate([np.zeros(4), vsa.actuator_start("motor", a, 0.0, 0.0)])
     r = ph.simulate(model, x, step=0.01, duration=5, limits={"balance": 1e-10})
+    elsewhere = np.concatenate([np.zeros(4), vsa.actuator_start("motor", a, 0.2, 0.2)])  # control: x above
+    refused(lambda: ph.simulate(model, elsewhere, step=0.01, duration=5), "starts with link = 0.2 rad and its joint 'upper' at 0 rad")
     assert r.passed and "stored/motor.spring" in r.names and abs(r["supplied/motor.theta.torque"][-1]) > 1e-3, str(r)
 
 

@@ -254,7 +254,7 @@ def actuator_model(actuator: Actuator) -> Model:
     ...
 
 def actuator_start(who: str, actuator: Actuator, link: float, theta: float, sigma: float = 0.0) -> NDArray[numpy.float64]:
-    """The start of that state, at rest. `who` begins the sentences of what is refused."""
+    """The start of that state, at rest. link: the joint's own angle at the start [rad]; simulate() refuses another. `who` begins the sentences of what is refused."""
     ...
 
 def attach(network: Network, name: str, joint_port: str, actuator: Actuator) -> None:
