@@ -8,6 +8,7 @@ there fails. Nothing is fetched: links to other sites are listed and not followe
 are part of the site; where there is a Chromium it takes a picture of each mechanism from them.
 """
 import argparse
+import json
 import os
 import re
 import shutil
@@ -79,13 +80,21 @@ def site_links(page):
     return re.sub(r"(?<!!)\[([^\]]*)\]\(([^)#\s]*)(#[^)\s]*)?\)", link, page.read_text())
 
 
-def still(report, picture):
-    """The playback of a report in a picture; false if the page has none."""
-    if not CHROMIUM or "\"playback\":" not in report.read_text():
+def still(build, folder, picture):
+    """The playback of a run in a picture, at two fifths of its time; false if its page has none. One colour is no picture."""
+    if not CHROMIUM or "\"playback\":" not in (folder / "report.html").read_text():
         return False
-    subprocess.run([CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--virtual-time-budget=3000",
-                    "--window-size=900,480", f"--screenshot={picture}", f"file://{report}#still"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=120)
-    return picture.exists()
+    at = 0.4 * json.loads((folder / "summary.json").read_text())["simulated_s"]
+    subprocess.run([build / "apps/porthos", "film", folder, "--from", str(at), "--size", "900x480", "--no-text", "--out", picture],
+                   stdout=subprocess.DEVNULL, timeout=120, check=True, env={**os.environ, "PORTHOS_CHROMIUM": CHROMIUM})
+    if plain(picture):
+        raise SystemExit(f"{folder}: its playback at {at:g} s is a picture of one colour, expected a mechanism")
+    return True
+
+
+def plain(picture):
+    from PIL import Image  # comes with matplotlib
+    return all(low == high for low, high in Image.open(picture).convert("RGB").getextrema())
 
 
 def gallery(build, docs, source, stills):
@@ -124,7 +133,7 @@ def gallery(build, docs, source, stills):
                 shutil.copy(report, live / f"{name}.html")
                 said = " ".join(str(c) for c in command[1:]).replace(f" --out {folder}", "").replace(f"{ROOT}/", "")
                 whole = f'\n<p><a href="live/{name}.html">The whole report</a>, made by <code>porthos {said}</code></p>\n'
-                if stills and still(report, pictures / f"{name}.png"):
+                if stills and still(build, folder, pictures / f"{name}.png"):
                     moving = f"![{title_of(example)} as it stands in its playback](gallery/{name}.png)\n"
             title = title_of(example)
             note = f"\nThe first {SHORTENED[name]:,} s of it.\n".replace(",", " ") if name in SHORTENED else ""
@@ -186,7 +195,7 @@ def main():
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("build", type=Path)
     arguments.add_argument("--pages-only", action="store_true", help="no gallery and no API reference: are the pages sound?")
-    arguments.add_argument("--no-stills", action="store_true", help="no pictures of the mechanisms by a headless Chromium (2 s each)")
+    arguments.add_argument("--no-stills", action="store_true", help="no pictures of the mechanisms by a headless Chromium (4 s each)")
     options = arguments.parse_args()
     build = options.build.resolve()
     docs = build / ("docs_pages" if options.pages_only else "docs")
