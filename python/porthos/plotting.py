@@ -6,6 +6,7 @@ What a panel holds comes from C++, as in the SVG files (scene/plot); here it is 
 from __future__ import annotations
 
 import difflib
+import textwrap
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -154,18 +155,18 @@ def _works(ax: "Axes", r: Result) -> None:
     _lines(ax, r, r.time[at], {n: y[at] for n, y in works.items()})
 
 
-def _logarithmic(ax: "Axes", curves: dict[str, tuple[np.ndarray, np.ndarray]], limit: float | None = None) -> None:
-    """What residual_panel() says of each curve; of several their root mean squares and bands alone."""
-    for k, (name, (t, error)) in enumerate(curves.items()):
-        one = len(curves) == 1
-        for label, stroke, at, y, low in residual_panel(t, error, limit if one else None):
-            if stroke == "band":
-                ax.fill_between(at, low, y, color=LINES[7] if one else LINES[k], alpha=0.45 if one else 0.2, linewidth=0.6, label=label if one else None)
-            elif stroke == "line":
-                ax.plot(at, y, color=LINES[k], linestyle=DASHES[k], linewidth=1.3, label=label if one else name if np.any(error) else f"{name}: exactly 0")
-            elif one:
-                ax.plot(at, y, color=GUIDE if stroke == "guide" else ALARM, linestyle="--" if stroke == "guide" else ":", linewidth=1, label=label)
-    if any(np.any(y) for _, y in curves.values()):
+def _logarithmic(ax: "Axes", t: np.ndarray, error: np.ndarray, limit: float | None = None) -> None:
+    """What residual_panel() says. Of several runs in the same axes each has its colour; guides and limit are those of the first."""
+    k = sum(hasattr(line, "of_run") for line in ax.get_lines())
+    for label, stroke, at, y, low in residual_panel(t, error, None if k else limit):
+        if stroke == "band":
+            setattr(ax.fill_between(at, low, y, color=LINES[k % 8 if k else 7], alpha=0.2 if k else 0.45, linewidth=0.6, label=None if k else label), "of_band", True)
+        elif stroke == "line":
+            (line,) = ax.plot(at, y, color=LINES[k % 8], linestyle=DASHES[k % 8], linewidth=1.3, label=f"run {k + 1}" if k else label)
+            setattr(line, "of_run", True)
+        elif not k:
+            ax.plot(at, y, color=GUIDE if stroke == "guide" else ALARM, linestyle="--" if stroke == "guide" else ":", linewidth=1, label=label)
+    if np.any(error):
         ax.set_yscale("log")
         if t[-1] > 100 * (t[1] - t[0]):
             ax.set_xscale("log")
@@ -179,8 +180,7 @@ def draw(result: Result) -> "Figure":
         raise InvalidArgument("plots need matplotlib, which is not installed (Debian: python3-matplotlib); "
                               "the command `porthos plot` draws SVG without it") from None
     s = result.summary
-    kept = not any(np.any(y) for _, y in _momenta_of(result).values())  # or there are none, as on a fixed base
-    drawn = [_energies, *([_works] if _works_of(result) else []), _residual, *([] if kept else [_momenta])]
+    drawn = [_energies, *([_works] if _works_of(result) else []), _residual, *_momenta_of(result)]
     down = -(-len(drawn) // 2)
     figure = Figure(figsize=(11, 3.7 * down), layout="constrained")
     grid = figure.subplots(down, 2).ravel()
@@ -249,18 +249,27 @@ def _path(ax: Any, title: str, lines: dict[str, np.ndarray]) -> None:
 def _residual(ax: "Axes", r: Result) -> None:
     _style(ax, "residual", "relative")
     limit = next((x["limit"] for x in r.summary["checks"] if x["name"] == "energy"), None)
-    _logarithmic(ax, {"energy": (r.time, r["energy_error"] / (r.summary["energy"]["scale_J"] or 1.0))}, limit)
+    _logarithmic(ax, r.time, r["energy_error"] / (r.summary["energy"]["scale_J"] or 1.0), limit)
 
 
-def _momenta(ax: "Axes", r: Result) -> None:
-    _style(ax, "errors of momenta (world axes) and of |ξ| − 1", "kg m/s, kg m²/s, relative")
-    _logarithmic(ax, _momenta_of(r))
-
-
-def _momenta_of(r: Result) -> dict[str, tuple[Any, Any]]:
+def _momenta_of(r: Result) -> list[Any]:
+    """A panel of each error that is not 0, as each has a unit of its own; the first names those that are kept exactly."""
     size = lambda name: np.linalg.norm(r[name], axis=1)
-    momenta = {w: (r.time, size(f"{w}_momentum_error")) for w in ("linear", "angular") if f"{w}_momentum_error" in r.names}
-    return {**momenta, "quaternion norm": (r.time, r["quaternion_norm_error"])}
+    errors = {f"{w} momentum": (unit, size(f"{w}_momentum_error")) for w, unit in (("linear", "kg m/s"), ("angular", "kg m²/s")) if f"{w}_momentum_error" in r.names}
+    errors["quaternion norm"] = ("relative", r["quaternion_norm_error"])
+    judged = {c["name"].replace("_", " ") for c in r.summary["checks"]}
+    kept = [f"{n}: 0 at every record, kept exactly" for n, (_, y) in errors.items() if not np.any(y) and n in judged]
+
+    def panel(name, unit, y, others):
+        def draw_into(ax, r):
+            _style(ax, f"error of the {name}{' (world axes)' if 'momentum' in name else ''}", unit)
+            _logarithmic(ax, r.time, y)
+            for other in others:
+                ax.plot([], [], color=SOFT, linewidth=0.6, label=other)
+        return draw_into
+
+    shown = [(n, unit, y) for n, (unit, y) in errors.items() if np.any(y)]
+    return [panel(*of, [] if k else kept) for k, of in enumerate(shown)]
 
 
 PANELS = {"energies": _energies, "works": _works, "residual": _residual}
@@ -300,8 +309,9 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, labe
     if axes is not None:
         if len(names) > 1:
             raise InvalidArgument(f"axes are of one panel, expected what to be one of {', '.join(known)}")
-        before = set(axes.get_children())
+        before, unit = set(axes.get_children()), axes.get_ylabel()
         draw[names[0]](axes, result)
+        _title_of_all(axes, names[0], unit)
         if label is None:
             _tell_apart(names[0], axes, before)
         else:
@@ -325,6 +335,14 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, labe
     return figure
 
 
+def _title_of_all(axes: Any, title: str, unit: str) -> None:
+    """Axes with several panels are named by all of them, with the units of all. unit: of those before"""
+    setattr(axes, "of_panels", list(dict.fromkeys([*getattr(axes, "of_panels", []), title])))
+    if len(axes.of_panels) > 1:
+        axes.set_title(", ".join(axes.of_panels), fontsize=9, color=INK)
+        axes.set_ylabel(", ".join(dict.fromkeys([*unit.split(", "), axes.get_ylabel()])))
+
+
 def _tell_apart(title: str, axes: "Axes", before: set[Any]) -> None:
     """Lines of one name from two panels, as x of two vectors, are called by both: "L x"."""
     for line in axes.get_lines():
@@ -337,8 +355,12 @@ def _tell_apart(title: str, axes: "Axes", before: set[Any]) -> None:
 
 
 def _call(label: str, lines: list[Any]) -> None:
-    for line in lines:
-        line.set_label(label if len(lines) == 1 else f"{label}: {line.get_label()}")
+    """A residual is called by its line alone: guides and limit are of all runs."""
+    own = [a for a in lines if hasattr(a, "of_run")] or lines
+    for line in own:
+        line.set_label(label if len(own) == 1 else f"{label}: {line.get_label()}")
+    for band in (a for a in lines if hasattr(a, "of_band")):
+        band.set_label("_band")
 
 
 def _histogram(ax: "Axes", title: str, unit: str, y: np.ndarray, passed: np.ndarray, log: bool) -> None:
@@ -371,6 +393,9 @@ def _ensemble(e: EnsembleResult, what: str | None, axes: "Axes | None") -> "Figu
     if what is not None and what not in known:
         raise InvalidArgument(f"what is '{what}', expected one of {', '.join(known)}")
     names, passed = first if what is None else [what], e["passed"] == 1
+    same = {n: f"{known[n][0]} {y.min():.3g}" for n in names if what is None and len(y := known[n][2][np.isfinite(known[n][2])]) and y.min() == y.max()}
+    if len(same) < len(names):  # what is one number in every case is no picture
+        names = [n for n in names if n not in same]
     if axes is not None:
         _histogram(axes, *known[names[0]][:3], passed, known[names[0]][3])
         return axes.figure
@@ -386,7 +411,8 @@ def _ensemble(e: EnsembleResult, what: str | None, axes: "Axes | None") -> "Figu
     for ax in grid[len(names):]:
         ax.set_visible(False)
     s = e.summary
-    figure.suptitle(f"{s['title'] or 'ensemble'}    {s['passed']} of {s['cases']} cases passed", x=0.01, ha="left", fontsize=11, color=INK)
+    constant = textwrap.fill(f"the same in every case: {', '.join(same.values())}", int(11 * figure.get_figwidth())) if same else ""
+    figure.suptitle("\n".join([f"{s['title'] or 'ensemble'}    {s['passed']} of {s['cases']} cases passed", *constant.splitlines()]), x=0.01, ha="left", fontsize=11, color=INK)
     return figure
 
 

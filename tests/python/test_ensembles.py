@@ -69,7 +69,7 @@ def test_an_unfinished_one_says_so(tmp_path):
     refused(lambda: ph.open(tmp_path), "unfinished ensemble")
 
 
-def test_pictures(ensemble, tmp_path):
+def test_pictures(ensemble, tmp_path, monkeypatch):
     pytest.importorskip("matplotlib")
     figure = ph.plot(ensemble, tmp_path / "all.svg")
     assert [a.get_title() for a in figure.axes if a.get_visible()] == ["energy error", "motion"]
@@ -77,3 +77,9 @@ def test_pictures(ensemble, tmp_path):
     one = ph.plot(ensemble, what="initial.joints.elbow.position")
     assert len(one.axes) == 1
     refused(lambda: ph.plot(ensemble, what="speed"), "expected one of energy_error, motion")
+    own = type(ensemble).outputs
+    for mass, titles, told in ((np.full(12, 3.0), ["energy error", "motion"], True), (np.arange(12.0), ["energy error", "motion", "mass"], False)):
+        monkeypatch.setattr(type(ensemble), "outputs", lambda self, mass=mass: {**own(self), "mass": mass})
+        figure = ph.plot(ensemble, tmp_path / "more.svg")
+        assert [a.get_title() for a in figure.axes if a.get_visible()] == titles
+        assert ("the same in every case: mass 3" in figure._suptitle.get_text()) == told

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import porthos as ph
+from porthos.plotting import draw
 from test_dynamics import refused
 
 pytest.importorskip("matplotlib")
@@ -21,10 +22,12 @@ def run(source, tmp_path_factory):
     return ph.Scene(source / "examples/ledger/scene.toml", duration=300).run(tmp_path_factory.mktemp("plot") / "run", progress=False)
 
 
-def test_four_panels(run, tmp_path):
+def test_the_panels_of_a_run(run, tmp_path):
     figure = ph.plot(run, tmp_path / "a.svg")
     titles = [a.get_title() for a in figure.axes]
-    assert titles[:3] == ["energies", "works", "residual"] and "momenta" in titles[3]
+    assert titles[:3] == ["energies", "works", "residual"] and titles[3].startswith("error of the ")
+    units = {"linear momentum": "kg m/s", "angular momentum": "kg m²/s", "quaternion norm": "relative"}
+    assert all(a.get_ylabel() == units[a.get_title().removeprefix("error of the ").removesuffix(" (world axes)")] for a in figure.axes[3:])
     names = [t.get_text() for t in figure.axes[1].get_legend().get_texts()]
     balance = run.summary["balance"]
     assert names == [f"{n} (in)" for n in balance["ports"]] + [f"{n} (lost)" for n in balance["losses"]]
@@ -338,6 +341,42 @@ def test_a_legend_within_axes_of_the_user_covers_no_curve(run, monkeypatch, scal
     axes.set_ylim(1, 4)
     ph.plot(run, what="works", axes=axes)
     assert axes.get_ylim() == (1, 4)  # limits of the user's own stay
+
+
+def test_what_is_kept_exactly_is_named(run, monkeypatch):
+    """As the page names it; what no check judges is not."""
+    one, zero = np.full((len(run.time), 3), 1e-9), np.zeros((len(run.time), 3))
+    checks = [{"name": n, "value": 0.0, "limit": 1e-9, "pass": True} for n in ("linear_momentum", "quaternion_norm")]
+    read = type(run).__getitem__
+    errors = {"linear_momentum_error": zero, "angular_momentum_error": one, "quaternion_norm_error": zero[:, 0]}
+    monkeypatch.setattr(type(run), "__getitem__", lambda self, name: errors[name] if name in errors else read(self, name))
+    for judged in (checks, checks[:1], []):
+        monkeypatch.setitem(run.summary, "checks", judged)
+        axes = draw(run).axes[3:]
+        assert [a.get_title() for a in axes] == ["error of the angular momentum (world axes)"]
+        told = [t.get_text() for t in axes[0].get_legend().get_texts() if "exactly" in t.get_text()]
+        assert told == [f"{c['name'].replace('_', ' ')}: 0 at every record, kept exactly" for c in judged]
+
+
+def test_several_runs_and_several_outputs_in_one_axes(run, monkeypatch):
+    from matplotlib.figure import Figure
+
+    axes = Figure(figsize=(7, 4), layout="constrained").subplots()
+    ph.plot(run, what="residual", axes=axes, label="first")
+    alone = [t.get_text() for t in axes.get_legend().get_texts()]
+    for name in ("second", "third"):
+        ph.plot(run, what="residual", axes=axes, label=name)
+    assert alone[0] == "first" and any("√t" in n or "∝ t" in n for n in alone)  # guides, and a limit if there is one
+    assert [t.get_text() for t in axes.get_legend().get_texts()] == [*alone, "second", "third"]
+    named = {n: line for line, n in zip(*axes.get_legend_handles_labels())}
+    assert len({named[n].get_color() for n in ("first", "second", "third")}) == 3
+    of_motion(monkeypatch, run, **{"tip [m]": {"x": np.sin}, "motor [N m]": {"y": np.cos}})
+    axes = Figure().subplots()
+    said = []
+    for what in ("tip", "motor", "tip"):
+        ph.plot(run, what=what, axes=axes)
+        said.append((axes.get_title(), axes.get_ylabel()))
+    assert said == [("tip", "m"), *[("tip, motor", "m, N m")] * 2]
 
 
 def test_a_title_of_the_user_replaces_ours(run, monkeypatch):
