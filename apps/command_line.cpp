@@ -88,6 +88,7 @@ void add_runs(CLI::App& app, Arguments& a) {
   add_results(compare, a, "results/compare_<name of the run's folder>", "compare.json");
   value(compare, "--methods", a.methods, "some only, see: porthos methods", "A,B,...")
       ->delimiter(',');
+  compare->add_flag("--all", a.all, "print every trial, as with --methods")->excludes("--json");
   value(compare, "--budget", a.budget, "CPU seconds for everything [120]", "S");
   value(compare, "--duration", a.duration, "instead of the scene's [s]", "T");
 

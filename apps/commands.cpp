@@ -128,7 +128,9 @@ int compare_command(const Arguments& a) {
   const bool report = make_report(a, out);
   log(fmt::format("{}/: compare.json, compare.txt, work_precision.svg{}", out,
                   report ? ", report.html" : ""));
-  print(a.json ? scene::comparison_json(s, c) : scene::comparison_table(s, c));
+  const bool whole = a.all || !a.methods.empty();
+  const auto rows = whole ? scene::TrialRows::all : scene::TrialRows::nearest;
+  print(a.json ? scene::comparison_json(s, c) : scene::comparison_table(s, c, rows));
   if (!c.interrupted) return exit_ok;
   log("interrupted: the results are of the trials until then");
   return exit_interrupted;

@@ -199,6 +199,20 @@ bool Comparison::contradicted(const MethodTrials& m) {
 
 bool drifts(const EnergyReport& e) { return e.drift_is_significant && e.growth_exponent > 0.75; }
 
+size_t nearest_trial(const Comparison& c, const MethodTrials& m, double target) {
+  size_t nearest = m.trials.size() - 1;
+  std::pair least(true, HUGE_VAL);  // moves wrongly, factor
+  for (size_t i = 0; i < m.trials.size(); ++i) {
+    const Trial& t = m.trials[i];
+    if (!t.complete()) continue;
+    const double error = c.speaks_of(m) ? c.error_of(t) : t.trajectory_error.value_or(HUGE_VAL);
+    const double factor = std::fabs(std::log(std::max(error, 1e-300) / target));
+    const std::pair distance(moves_wrongly(c, t), std::isnan(factor) ? 1e300 : factor);
+    if (distance < least) least = distance, nearest = i;
+  }
+  return nearest;
+}
+
 Advice advise(const Comparison& c, double target) {
   Advice a;
   a.target = target;

@@ -32,6 +32,10 @@ struct Advice {
 /// Whether the energy error grows steadily, by its size and its growth law: over a few periods a
 /// bounded error may change by more than chance, but does not grow in proportion to time.
 bool drifts(const EnergyReport& energy);
+/// The trial of a method whose error is nearest to the target by its factor, among those that move
+/// rightly, if there are any; of a method whose energy says nothing, by the trajectory. The last
+/// one where none came to the end. @pre the method has trials
+size_t nearest_trial(const Comparison& comparison, const MethodTrials& method, double target);
 /// The methods that reach the relative error `target`, cheapest first, and a sentence for people.
 Advice advise(const Comparison& comparison, double target);
 

@@ -87,6 +87,9 @@ Comparison compare(const Scene& scene, const Assembly& assembly, const CompareOp
 /// @throws IoError "cannot write <path>: ..."
 void write_comparison(const std::string& folder, const Scene& scene, const Comparison& comparison);
 std::string comparison_json(const Scene& scene, const Comparison& comparison);
-std::string comparison_table(const Scene& scene, const Comparison& comparison);
+/// Which trials a table has: all, or of each method the one nearest to the target.
+enum class TrialRows { all, nearest };
+std::string comparison_table(const Scene& scene, const Comparison& comparison,
+                             TrialRows which = TrialRows::all);
 
 }  // namespace porthos::scene

@@ -141,12 +141,13 @@ std::vector<std::string> row(const MethodTrials& m, size_t i) {
 
 /// A failed trial's reason is long and must not widen a column: it is removed from the table and
 /// appended at the end of its line.
-std::string rows_text(const Comparison& c) {
+std::string rows_text(const Comparison& c, double target, TrialRows which) {
   TextRows rows{{"method", "step", "CPU [s]", "steps", "evaluations", "energy", "growth",
                  "lin. mom.", "ang. mom.", "|quat.|", "trajectory", "order"}};
   std::vector<std::string> ends{""};
   for (const auto& m : c.methods)
     for (size_t i = 0; i < m.trials.size(); ++i) {
+      if (which == TrialRows::nearest && i != nearest_trial(c, m, target)) continue;
       auto cells = row(m, i);
       const bool complete = m.trials[i].complete();
       ends.push_back(complete ? "" : "  " + cells.back());
@@ -214,9 +215,14 @@ std::string comparison_json(const Scene& scene, const Comparison& c) {
   return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string comparison_table(const Scene& scene, const Comparison& c) {
+std::string comparison_table(const Scene& scene, const Comparison& c, TrialRows which) {
   std::string text = fmt::format("{}: {:g} s simulated\n", c.title, c.duration_s);
-  text += lyapunov_text(c) + trajectory_text(c) + "\n" + rows_text(c) + "\n";
+  text += lyapunov_text(c) + trajectory_text(c) + "\n" + rows_text(c, scene.target(), which) + "\n";
+  if (which == TrialRows::nearest)
+    text += fmt::format(
+        "note     of each method the trial nearest to the target {:.2g}; all are in compare.txt "
+        "(--all prints them)\n",
+        scene.target());
   for (const auto& [name, reason] : c.skipped) text += fmt::format("skipped  {}\n", reason);
   const auto names_of = [&](auto chosen) {
     std::string names;

@@ -424,6 +424,13 @@ TEST_F(Cli, CompareEndsWithAdviceAndFillsItsFolder) {
   EXPECT_EQ(nlohmann::json::parse(json.out).at("duration_s"), 1);
   EXPECT_EQ(json.out, file_text(folder_ / "again/compare.json"));
 
+  const Answer few = porthos("compare swing/scene.toml --budget 2 --duration 1 --out few");
+  const Answer all = porthos("compare swing/scene.toml --budget 2 --duration 1 --all --out all");
+  const char* const note = "of each method the trial nearest to the target";
+  EXPECT_TRUE(contains(few.out, note) && !contains(all.out, note)) << few.out;
+  EXPECT_LT(few.out.size(), file_text(folder_ / "few/compare.txt").size());
+  EXPECT_EQ(all.out, file_text(folder_ / "all/compare.txt"));
+
   EXPECT_EQ(porthos("compare swing/scene.toml --budget 0 --out no").err,
             "porthos: budget is 0, expected more than 0 s\n");
   const Answer bad = porthos("compare swing/scene.toml --methods gauss8,gauss17 --out no");
