@@ -1,7 +1,5 @@
 #include "scene/run/ledger.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -105,7 +103,6 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
   r.looks = std::int64_t(s.looks);
   r.stored_J = s.stored_J;
   r.turned_over_J = turned_over_;
-  std::string givers;
   for (size_t a = 0; a < sum_.size(); ++a) {
     const auto& power = description_->powers[a];
     if (power.kind == phs::PowerKind::observed) {
@@ -113,14 +110,10 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
       continue;
     }
     const bool in = power.kind == phs::PowerKind::supplied;
-    if (power.control && peak_[a] > 1e-12 * e.scale_J)
-      add_to_list(givers, fmt::format("'{}' up to {:.3g} J", power.name, peak_[a]));
+    if (power.control) r.delivered.emplace_back(power.name, peak_[a]);
     (in ? r.supplied_J : r.dissipated_J) += sum_[a];
     (in ? r.ports : r.losses).emplace_back(power.name, sum_[a]);
   }
-  if (!givers.empty())
-    r.notes.push_back(fmt::format(
-        "net energy delivered by controllers: {}: not passive unless stored at the start", givers));
   for (size_t k = 0; k < stored_.size(); ++k)
     r.storages.emplace_back(description_->storages[k], stored_[k] - stored_first_[k]);
   r.defect_J = energy_.change();

@@ -319,6 +319,7 @@ void PhaseSequence::give_up(const std::string& why) {
 RunReport PhaseSequence::finish() {
   RunReport& r = whole_.report();
   r.phases = count_;
+  whole_.finish();
   if (broken_off_) return r;
   for (const Event* e : waiting_) {
     const std::string why = Latching::hindrance(scene_, moving_, *e);

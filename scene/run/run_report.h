@@ -119,7 +119,8 @@ struct RunReport {
   bool interrupted = false;
   phs::State final_state;  ///< the last good one; relative to Assembly::centre if there is one
   std::vector<double>
-      held;  ///< memory of the sampled controllers there, in the order of Model::holds()
+      held;         ///< memory of the sampled controllers there, in the order of Model::holds()
+  Named delivered;  ///< the most net energy each controller has given until any time [J]
   /// fail: the run did not reach its end, or a check does not hold. not_judged: none of the checks
   /// could have detected a wrong motion, or one is undecided.
   Verdict verdict() const;

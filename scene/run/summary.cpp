@@ -100,7 +100,8 @@ Json balance(const RunReport& r) {
   return {{"stored_J", r.stored_J},           {"supplied_J", r.supplied_J},
           {"dissipated_J", r.dissipated_J},   {"defect_J", r.defect_J},
           {"turned_over_J", r.turned_over_J}, {"storages", named(r.storages)},
-          {"ports", named(r.ports)},          {"losses", named(r.losses)}};
+          {"ports", named(r.ports)},          {"losses", named(r.losses)},
+          {"delivered", named(r.delivered)}};
 }
 
 Json momentum(const RunReport& r) {
@@ -249,6 +250,7 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["wall_s"] = r.wall_s;
   j["evaluations"] = r.cost.evaluations;
   j["sweeps_per_step"] = r.cost.steps > 0 ? double(r.cost.sweeps) / double(r.cost.steps) : 0.0;
+  j["factorisations"] = r.cost.factorisations;
   j["outcome"] = to_string(r.outcome);
   j["energy"] = energy(r);
   j["linear_momentum"] = {{"max_rel_error", r.linear_momentum_error}};

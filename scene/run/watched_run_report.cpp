@@ -4,6 +4,7 @@
 #include "scene/run/limit_notes.h"
 #include "scene/run/verdict.h"
 #include "scene/run/watched_run.h"
+#include "scene/run/whole_notes.h"
 
 /// What a run in progress tells of itself.
 namespace porthos::scene {
@@ -84,6 +85,7 @@ void note_stop(RunReport& r, const Stopped& by) {
 }
 
 void WatchedRun::add_notes(RunReport& r) const {
+  note_delivered(r);
   if (r.stopped) note_stop(r, *r.stopped);
   stop_values_.fill(r);
   const auto add = [&](std::vector<std::string> notes) {
@@ -118,10 +120,12 @@ void WatchedRun::add_notes(RunReport& r) const {
   if (outcome_ == Outcome::not_converged)
     if (const auto why = note_on_friction(scene_); !why.empty()) r.notes.push_back(why);
   add(notes_on_numbers(scene_, r.cost.sweeps));
-  if (const auto remark = integrator_->remark(); !remark.empty() && !remarked(outcome_))
-    r.notes.push_back(integrator_->declaration().rival
-                          ? remark
-                          : "fixed-point iteration did not suffice for all equations: " + remark);
+  if (const auto remark = integrator_->remark(); !remark.empty() && !remarked(outcome_)) {
+    if (integrator_->declaration().rival)
+      r.notes.push_back(remark);
+    else
+      note_newton(r, remark);
+  }
   if (!integrator_->port_work().empty() && !integrator_->integrates_power()) {
     r.impulses.integrated = false;
     r.notes.push_back(fmt::format(

@@ -1,7 +1,5 @@
 #include "scene/run/whole_report.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -47,6 +45,7 @@ void WholeReport::add(const RunReport& p, double from) {
   for (const auto at : {&RunReport::stored_J, &RunReport::supplied_J, &RunReport::dissipated_J,
                         &RunReport::defect_J, &RunReport::turned_over_J})
     r_.*at += p.*at;
+  add_delivered(p);  // before the works of this phase
   for (const auto list : {&RunReport::storages, &RunReport::ports, &RunReport::losses})
     for (const auto& [name, joule] : p.*list) entry(r_.*list, name) += joule;
   for (const auto list : {&RunReport::impacts, &RunReport::slips})
@@ -57,8 +56,7 @@ void WholeReport::add(const RunReport& p, double from) {
   add_impulses(p.impulses);
   for (const Check& c : p.checks) worst(c);
   for (const NotApplicable& n : p.not_applicable) cannot(n);
-  for (const auto& n : p.notes)  // once, with the first phase that has it
-    if (told_.insert(n).second) r_.notes.push_back(fmt::format("from {:g} s: {}", from, n));
+  notes_.add(r_, p, from);
   r_.outcome = p.outcome;
   r_.interrupted = p.interrupted;
   r_.trouble = p.trouble;
@@ -66,6 +64,17 @@ void WholeReport::add(const RunReport& p, double from) {
     space::append(*r_.space, *p.space);
   else if (p.space)
     r_.space = p.space;
+}
+
+void WholeReport::add_delivered(const RunReport& p) {
+  for (const auto& [name, joule] : p.delivered) {
+    double before = 0;
+    for (const auto list : {&RunReport::ports, &RunReport::losses})
+      for (const auto& [known, sum] : r_.*list)
+        if (known == name) before = sum;
+    double& most = entry(r_.delivered, name);
+    most = std::max(most, before + joule);
+  }
 }
 
 void WholeReport::add_energy(const EnergyReport& p, double from, bool first) {

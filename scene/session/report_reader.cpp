@@ -58,6 +58,7 @@ RunReport report_of(const Json& j, const phs::State& end) {
   r.cost.evaluations = count(j.at("evaluations"));
   r.cost.steps = r.steps;
   const double sweeps = number(j.at("sweeps_per_step")) * double(r.steps);
+  r.cost.factorisations = j.contains("factorisations") ? count(j.at("factorisations")) : 0;
   if (std::abs(sweeps) < 1e18) r.cost.sweeps = std::llround(sweeps);
   const Json &e = j.at("energy"), &b = j.at("balance");
   r.energy = {number(e.at("initial_J")),       number(e.at("scale_J")),
@@ -86,6 +87,7 @@ RunReport report_of(const Json& j, const phs::State& end) {
   r.storages = named(b.at("storages"));
   r.ports = named(b.at("ports"));
   r.losses = named(b.at("losses"));
+  if (b.contains("delivered")) r.delivered = named(b.at("delivered"));
   for (const auto& [key, list] : {std::pair{"impacts", &r.impacts}, {"slips", &r.slips}})
     if (j.contains(key))
       for (const auto& [name, i] : j.at(key).items())

@@ -195,6 +195,8 @@ def test_a_scene_with_events_has_phases(source, tmp_path):
     scene = source / "examples/capture/scene.toml"
     r = ph.Scene(scene).run(tmp_path / "capture", progress=False)
     assert r.summary["verdict"] == r.verdict
+    notes = r.summary["notes"]  # one on its controllers, not one for each phase
+    assert len(notes) <= 2 and sum("delivered by controllers" in n for n in notes) == 1
     assert len(r.phases) > 1 and all(p.time[0] >= 0 for p in r.phases)
     refused(lambda: r.names, "phases")
     name = next(n for n in r.phases[0].names if n.startswith("energy_error"))
