@@ -46,12 +46,12 @@ class TrajectoryTable {
   void read_hdf5();
 
   std::filesystem::path path_;
-  std::string digest_;
   std::size_t rows_ = 0;
   mutable std::set<std::string> used_;
   std::optional<CsvTable> csv_;
   std::map<std::string, Column> columns_;  ///< of HDF5
   std::unique_ptr<Hdf5Reader> hdf5_;
+  std::string digest_;
 };
 
 /// What to ask of angles [rad] that disagree with a motion. Empty up to two turns.
