@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "scene/files/digest.h"
 #include "tests/run/recorded_table.h"
 #include "tests/run/scenes.h"
 
@@ -52,6 +53,9 @@ TEST(Judge, ARunOfOursHasTheSameFigures) {
     }
     const auto j = nlohmann::json::parse(read_bytes(folder / "judged" / "summary.json"));
     EXPECT_EQ(j["method"], "recorded");
+    const std::string digest = j["provenance"]["trajectory_sha256"];
+    EXPECT_EQ(digest, scene::sha256(read_bytes(folder / "out" / "run.h5")));
+    EXPECT_NE(digest, scene::sha256(read_bytes(folder / "run.csv"))) << "control";
     EXPECT_FALSE(fs::exists(folder / "judged" / "records.bin"));
   }
 }

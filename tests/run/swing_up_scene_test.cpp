@@ -57,10 +57,61 @@ std::string settings_in(const std::string& note,
   for (size_t k; (k = lines.find(", ")) != lines.npos;) lines.replace(k, 2, "\n");
   return lines + "\n";
 }
+/// A scene in which a driven joint swings the other up, and an lqr holds it there.
+struct SwingUp {
+  std::string urdf, drives, swings;
+  double start;                  ///< of the joint that swings [rad]
+  std::string driven, swinging;  ///< what the lqr knows of both besides their targets
+  std::string name;              ///< of the swing-up
+  int rate;                      ///< [Hz]
+  double limit, step, duration, record_every;
+};
+scene::Scene scene_of(const TemporaryFolder& folder, const SwingUp& s, const std::string& gains) {
+  write_bytes(folder / "model.urdf", s.urdf);
+  write_bytes(folder / "scene.toml",
+              fmt::format(R"([model]
+urdf = "model.urdf"
+base = "fixed"
+[environment]
+gravity = "uniform"
+vector = [0, 0, -9.81]
+[initial]
+joints.{swings} = {{ position = {start} }}
+[[controller]]
+type = "lqr"
+name = "hold"
+rate = {rate}
+joints.{drives} = {{ target = 0, {driven} }}
+joints.{swings} = {{ target = 3.141592653589793, {swinging}, actuated = false, periodic = true }}
+[integrator]
+method = "gauss8"
+step = {step}
+[run]
+duration = {duration}
+record_every = {record_every}
+[[controller]]
+type = "swing_up"
+name = "{name}"
+rate = {rate}
+drives = "{drives}"
+joints.{drives} = {{ target = 0 }}
+joints.{swings} = {{ target = 3.141592653589793 }}
+limit = {limit}
+then = "hold"
+{gains})",
+                          fmt::arg("swings", s.swings), fmt::arg("start", s.start),
+                          fmt::arg("rate", s.rate), fmt::arg("drives", s.drives),
+                          fmt::arg("driven", s.driven), fmt::arg("swinging", s.swinging),
+                          fmt::arg("step", s.step), fmt::arg("duration", s.duration),
+                          fmt::arg("record_every", s.record_every), fmt::arg("name", s.name),
+                          fmt::arg("limit", s.limit), fmt::arg("gains", gains)));
+  return scene::read_scene((folder / "scene.toml").string());
+}
 /// A rotary pendulum of 0.25 kg and 0.12 kg without friction, 0.3 N m, at a rate [Hz]. gains: those
 /// of its swing-up.
 scene::Scene without_friction(const TemporaryFolder& folder, int rate, const std::string& gains) {
-  write_bytes(folder / "free.urdf", R"(<robot name="free"><link name="stand"/>
+  return scene_of(folder,
+                  {R"(<robot name="free"><link name="stand"/>
 <link name="arm"><inertial><origin xyz="0.1 0 0"/><mass value="0.25"/>
 <inertia ixx="1e-6" iyy="8e-4" izz="8e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
 <link name="rod"><inertial><origin xyz="0 0 -0.15"/><mass value="0.12"/>
@@ -68,44 +119,17 @@ scene::Scene without_friction(const TemporaryFolder& folder, int rate, const std
 <joint name="turn" type="continuous"><parent link="stand"/><child link="arm"/>
 <axis xyz="0 0 1"/></joint>
 <joint name="swing" type="continuous"><parent link="arm"/><child link="rod"/>
-<origin xyz="0.2 0 0"/><axis xyz="1 0 0"/></joint></robot>)");
-  write_bytes(folder / "scene.toml", fmt::format(R"([model]
-urdf = "free.urdf"
-base = "fixed"
-[environment]
-gravity = "uniform"
-vector = [0, 0, -9.81]
-[initial]
-joints.swing = {{ position = 0.01 }}
-[[controller]]
-type = "lqr"
-name = "hold"
-rate = {0}
-joints.turn = {{ target = 0, position = 0.3, speed = 0.01, effort = 100, limit = 0.3, periodic = true }}
-joints.swing = {{ target = 3.141592653589793, position = 1, speed = 0.01, actuated = false, periodic = true }}
-[integrator]
-method = "gauss8"
-step = 0.002
-[run]
-duration = 30
-record_every = 0.02
-[[controller]]
-type = "swing_up"
-name = "up"
-rate = {0}
-drives = "turn"
-joints.turn = {{ target = 0 }}
-joints.swing = {{ target = 3.141592653589793 }}
-limit = 0.3
-then = "hold"
-{1})",
-                                                 rate, gains));
-  return scene::read_scene((folder / "scene.toml").string());
+<origin xyz="0.2 0 0"/><axis xyz="1 0 0"/></joint></robot>)",
+                   "turn", "swing", 0.01,
+                   "position = 0.3, speed = 0.01, effort = 100, limit = 0.3, periodic = true",
+                   "position = 1, speed = 0.01", "up", rate, 0.3, 0.002, 30, 0.02},
+                  gains);
 }
 /// A rotary pendulum of 0.26 kg and 0.128 kg with friction in both pivots, at 250 Hz. gains: those
 /// of its swing-up.
 scene::Scene with_friction(const TemporaryFolder& folder, const std::string& gains) {
-  write_bytes(folder / "rotary.urdf", R"(<robot name="rotary"><link name="table"/>
+  return scene_of(folder,
+                  {R"(<robot name="rotary"><link name="table"/>
 <link name="arm"><inertial><origin xyz="0.11 0 0"/><mass value="0.26"/>
 <inertia ixx="1e-5" iyy="0.0011" izz="0.0011" ixy="0" ixz="0" iyz="0"/></inertial></link>
 <link name="rod"><inertial><origin xyz="0 0 -0.157"/><mass value="0.128"/>
@@ -113,43 +137,16 @@ scene::Scene with_friction(const TemporaryFolder& folder, const std::string& gai
 <joint name="yaw" type="continuous"><parent link="table"/><child link="arm"/>
 <axis xyz="0 0 1"/><dynamics damping="0.0024"/></joint>
 <joint name="pitch" type="continuous"><parent link="arm"/><child link="rod"/>
-<origin xyz="0.216 0 0"/><axis xyz="1 0 0"/><dynamics damping="0.0008"/></joint></robot>)");
-  write_bytes(folder / "scene.toml", R"([model]
-urdf = "rotary.urdf"
-base = "fixed"
-[environment]
-gravity = "uniform"
-vector = [0, 0, -9.81]
-[initial]
-joints.pitch = { position = 0.05 }
-[[controller]]
-type = "lqr"
-name = "hold"
-rate = 250
-joints.yaw = { target = 0, position = 1, speed = 0.05, effort = 50, limit = 0.4 }
-joints.pitch = { target = 3.141592653589793, position = 2, speed = 0.05, actuated = false, periodic = true }
-[integrator]
-method = "gauss8"
-step = 0.002
-[run]
-duration = 30
-record_every = 0.02
-[[controller]]
-type = "swing_up"
-name = "pump"
-rate = 250
-drives = "yaw"
-joints.yaw = { target = 0 }
-joints.pitch = { target = 3.141592653589793 }
-limit = 0.4
-then = "hold"
-)" + gains);
-  return scene::read_scene((folder / "scene.toml").string());
+<origin xyz="0.216 0 0"/><axis xyz="1 0 0"/><dynamics damping="0.0008"/></joint></robot>)",
+                   "yaw", "pitch", 0.05, "position = 1, speed = 0.05, effort = 50, limit = 0.4",
+                   "position = 2, speed = 0.05", "pump", 250, 0.4, 0.002, 30, 0.02},
+                  gains);
 }
 /// A rod of 0.15 kg without friction, with a wheel of 2.1e-4 kg m² and 0.25 kg at 0.2 m, from
 /// 0.5 rad beside its lowest place. gains: those of its swing-up.
 scene::Scene light_wheel(const TemporaryFolder& folder, const std::string& gains) {
-  write_bytes(folder / "wheel.urdf", R"(<robot name="wheel_pendulum"><link name="stand"/>
+  return scene_of(folder,
+                  {R"(<robot name="wheel_pendulum"><link name="stand"/>
 <link name="rod"><inertial><origin xyz="0 0 -0.088"/><mass value="0.15"/>
 <inertia ixx="0.00134" iyy="0.00134" izz="4e-5" ixy="0" ixz="0" iyz="0"/></inertial></link>
 <link name="wheel"><inertial><mass value="0.25"/>
@@ -157,38 +154,11 @@ scene::Scene light_wheel(const TemporaryFolder& folder, const std::string& gains
 <joint name="pivot" type="continuous"><parent link="stand"/><child link="rod"/>
 <axis xyz="0 1 0"/></joint>
 <joint name="motor" type="continuous"><parent link="rod"/><child link="wheel"/>
-<origin xyz="0 0 -0.2"/><axis xyz="0 1 0"/></joint></robot>)");
-  write_bytes(folder / "scene.toml", R"([model]
-urdf = "wheel.urdf"
-base = "fixed"
-[environment]
-gravity = "uniform"
-vector = [0, 0, -9.81]
-[initial]
-joints.pivot = { position = 0.5 }
-[[controller]]
-type = "lqr"
-name = "hold"
-rate = 500
-joints.motor = { target = 0, position = 1e-4, speed = 1e-4, effort = 1, limit = 3, periodic = true }
-joints.pivot = { target = 3.141592653589793, position = 1, speed = 0.01, actuated = false, periodic = true }
-[integrator]
-method = "gauss8"
-step = 0.001
-[run]
-duration = 60
-record_every = 0.1
-[[controller]]
-type = "swing_up"
-name = "up"
-rate = 500
-drives = "motor"
-joints.motor = { target = 0 }
-joints.pivot = { target = 3.141592653589793 }
-limit = 3
-then = "hold"
-)" + gains);
-  return scene::read_scene((folder / "scene.toml").string());
+<origin xyz="0 0 -0.2"/><axis xyz="0 1 0"/></joint></robot>)",
+                   "motor", "pivot", 0.5,
+                   "position = 1e-4, speed = 1e-4, effort = 1, limit = 3, periodic = true",
+                   "position = 1, speed = 0.01", "up", 500, 3, 0.001, 60, 0.1},
+                  gains);
 }
 /// Whether a note has a part.
 ::testing::AssertionResult has(const std::string& note, const std::string& part) {
