@@ -21,9 +21,16 @@ porthos("run", example("slew"), "--duration", "20", "--out", out("slew"));
 porthos("run", example("ets_vii_orbit"), "--duration", "60000", "--out", out("orbit"));
 porthos("run", example("dc_motor_arm"), "--out", out("motor"));
 porthos("run", example("dry_joints"), "--out", out("dry"));
+writeFileSync(join(work, "map.toml"), '[model]\nbase = "free"\nunphysical_inertia = "accept"\n');
+porthos("judge", join(out("ets"), "run.h5"), "--model", join(source, "examples/ets_vii/ets_vii.urdf"), "--map", join(work, "map.toml"), "--out", out("floats"));
+porthos("judge", join(out("motor"), "run.h5"), "--model", join(source, "examples/double_pendulum/double_pendulum.urdf"), "--out", out("not_judged"));
 porthos("compare", example("double_pendulum"), "--duration", "5", "--budget", "1.5", "--methods", "gauss4,gauss8,rk4", "--out", out("compare"));
 porthos("run", example("double_pendulum"), "--method", "rk4", "--step", "0.05", "--duration", "100", "--out", out("coarse"));
 porthos("run", example("double_pendulum"), "--method", "rk4", "--step", "1.5", "--out", out("wild"));
+writeFileSync(join(work, "free.toml"), '[model]\nbase = "free"\nunphysical_inertia = "accept"\n');
+porthos("judge", join(out("ets"), "run.h5"), "--model", join(source, "examples/ets_vii/ets_vii.urdf"), "--map", join(work, "free.toml"), "--out", out("floats"));
+writeFileSync(join(work, "fixed.toml"), '[environment]\ngravity = "uniform"\nvector = [0, 0, -9.81]\n');
+porthos("judge", join(out("coarse"), "run.h5"), "--model", join(source, "examples/double_pendulum/double_pendulum.urdf"), "--map", join(work, "fixed.toml"), "--out", out("hangs"));
 mkdirSync(out("loose_scene"), { recursive: true });  // a limit far above the errors
 cpSync(join(source, "examples/ets_vii/ets_vii.urdf"), join(out("loose_scene"), "ets_vii.urdf"));
 writeFileSync(join(out("loose_scene"), "scene.toml"), readFileSync(example("ets_vii"), "utf8").replace(/^energy = .*/m, "energy = 1e-9"));
@@ -168,6 +175,9 @@ console.log("words and axes");
   expect(/The limit, 10⁻⁹, is off the plot/.test(loose.errors) && loose.columns > 0.8, `with a limit far above it the error fills the plot: its line is in ${(100 * loose.columns).toFixed(0)} % of the columns, more than 80 % expected`);
   expect(/end of the run reached✗ failno–/.test(wild.verdict) && !/NaN|nan|undefined|null/.test(wild.verdict), "an early end in words");
   expect(/Not an error of this run: the centre of mass moved in closed form/.test(ets.errors), "an error that is no error says why");
+  const hangs = await said("hangs"), floats = await said("floats");
+  expect(/the doubles of the file/.test(hangs.errors) && !/momentum|Quaternion|extended precision/.test(hangs.errors), "a judged file has no plots of what does not apply");
+  expect(/Centre of mass.*Angular momentum.*Quaternion norm/.test(floats.errors) && /extended precision/.test(ets.errors), "control: plots of what does, and a run");
   expect(ets.legends >= 4 && ets.stray === 0, `${ets.legends} legends, ${ets.stray} with an entry without a line`);
 }
 

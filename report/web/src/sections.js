@@ -109,11 +109,13 @@ export function errors(d) {
     if (d.summary?.checks.some((c) => c.name === check)) return "0 at every record: kept exactly.";
     return why ? `Not an error of this run: ${why}.` : d.summary ? "No invariant of this system." : "0 at every record.";
   };
-  const flat = (title, what, unit, v, colour, check) => card(any(v)
+  const recorded = d.summary?.method === "recorded", judged = (check) => d.summary.checks.some((c) => c.name === check);
+  const applies = (check) => !d.summary.not_applicable?.some((n) => n.name === check && !n.undecided) || (check === "linear_momentum" && judged("centre_of_mass"));
+  const flat = (title, what, unit, v, colour, check) => recorded && !applies(check) ? "" : card(any(v)
     ? chart({ title, what, unit, t, log: true, logTime: wide(t), height: 220, decades: 6, lines: [{ name: "error", v, colour, width: 1.2 }] })
     : h("div", {}, h("h3", {}, title), h("p", { class: "soft" }, zero(check))));
   return section("errors", "Errors",
-    lead("Against the start of the run, measured in extended precision. Rounding errors of a good method add up like a random walk, √t; a steady drift grows like t."),
+    lead(`${recorded ? "Against the first row, of the doubles of the file" : "Against the start of the run, measured in extended precision"}. Rounding errors of a good method add up like a random walk, √t; a steady drift grows like t.`),
     card(any(error) ? chart({
       title: "Residual of the energy balance", what: `|H − H(start) − supplied + dissipated|${relative ? `, relative to ${number(scale, 4)} J` : ""}.`, unit: relative ? "relative error" : "error [J]",
       t, log: true, logTime: wide(t), height: 320, decades,
@@ -122,7 +124,7 @@ export function errors(d) {
       note: limit > 0 && !shown ? `The limit, ${number(limit)}, is off the plot.` : "",
     }) : h("p", {}, "The balance closes exactly at every record.")),
     h("div", { class: "grid3" },
-      flat("Linear momentum", "|P − P(start)|", "kg m/s", s.linear, "c2", "linear_momentum"), flat("Angular momentum", "|L − L(start)|", "kg m²/s", s.angular, "c4", "angular_momentum"), flat("Quaternion norm", "| |ξ| − 1 |, largest", "1", s.quaternion, "c3", "quaternion_norm")));
+      flat(...(recorded && judged("centre_of_mass") ? ["Centre of mass", "|P − P(start) − M g t|"] : ["Linear momentum", "|P − P(start)|"]), "kg m/s", s.linear, "c2", "linear_momentum"), flat("Angular momentum", "|L − L(start)|", "kg m²/s", s.angular, "c4", "angular_momentum"), flat("Quaternion norm", "| |ξ| − 1 |, largest", "1", s.quaternion, "c3", "quaternion_norm")));
 }
 
 /** What moved: joints, then bodies that are free. Many lines are cut into plots of eight. */
