@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from typing import Any, Mapping, Sequence
 
 import numpy as np
@@ -45,7 +46,7 @@ def read_only(a: np.ndarray) -> np.ndarray:
 
 
 def driven(given: Sequence[str] | None, d: Description, m: Mechanism | None) -> dict[str, int]:
-    """The ports that actions drive, and their sizes; where none are given, all but the wrenches on free bodies."""
+    """The ports that actions drive, and their sizes; where none are given, all but the wrenches on free bodies, or these where there is nothing else."""
     sizes = {p.name: p.size for p in d.ports}
     if not given:
         free = {c.joint + ".wrench" for c in m.coordinates} if m is not None else {"base.wrench"}
@@ -57,6 +58,15 @@ def driven(given: Sequence[str] | None, d: Description, m: Mechanism | None) -> 
         if list(given).count(port) > 1:
             raise InvalidArgument(f"ports: the port '{port}' is named twice, expected once")
     return {p: sizes[p] for p in given}
+
+
+def jumps(why: InvalidArgument) -> InvalidArgument:
+    """The refusal of a model that jumps or sticks, in the words of a scene; other errors as they are."""
+    if told := re.search(r"at the impacts of (.*), which are rigid|by the dry friction (.*?): expected", str(why)):
+        rigid, dry = told.groups()
+        return InvalidArgument(f"an environment does not jump: {rigid} is rigid, expected a soft contact, as law = \"smooth\", or an element of type 'limits'" if rigid else
+                               f"an environment does not stick: {dry} is dry, expected an element of type 'friction', which is smooth")
+    return why
 
 
 def of_each(what: str, given: Any, n: int) -> np.ndarray:

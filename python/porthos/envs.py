@@ -11,7 +11,7 @@ import numpy as np
 
 from ._core import Assembly, Environment, InvalidArgument, LivePicture, Mechanism, Model, momenta_from_rates, rates_from_momenta
 from .env_observed import Sight
-from .env_options import check_look, check_options, driven, limits, of_each, read_only
+from .env_options import check_look, check_options, driven, jumps, limits, of_each, read_only
 from .env_scenes import assemblies_of, scene_of
 from .results import PathLike
 from .runs import Scene
@@ -101,7 +101,7 @@ class VectorEnv(_VectorBase):
     where: "rate of base.attitude[0]" is an angular rate, "rate of base.position[0]" a velocity of a free body, both along its own
     axes. observed: some of these names instead, and of the scene's [[output]]s ("tip", or one of its numbers, "tip.x"); begin and
     ended take all. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine.
-    Actions are inputs of `ports` (where none are named, all but the wrenches on free bodies: the base, targets), in [-limit, limit];
+    Actions are inputs of `ports` (where none are named, all but the wrenches on free bodies, the base and targets; where there are no others, these), in [-limit, limit];
     what is beyond is cut off. limit: a number, one for each port, or by their names, {"elbow.torque": 3}. Joint limits of the model file do not act without elements of type "limits". reward(observations, actions) -> (n,); both may not be written.
     terminated(observations, actions) -> (n,) of bool, also called once in a step: which episodes end at what reward sees.
     A copy whose method fails, whose observation is not finite in dtype, or whose reward is not at an observation beyond 1e9, ends as
@@ -158,7 +158,10 @@ class VectorEnv(_VectorBase):
             options["cases"] = [(a.model, a.start, e) for a, e in zip(_cases, endings)]
         options["ended"] = endings[0]
         self._limit = limits(limit, sizes)
-        self._batch = Environment(model, start, count=num_envs, **options)
+        try:
+            self._batch = Environment(model, start, count=num_envs, **options)
+        except InvalidArgument as why:
+            raise jumps(why) from None
         number = lambda name, n: [name] if n == 1 else [f"{name}[{k}]" for k in range(n)]
         self.action_names: list[str] = [n for p, size in sizes.items() for n in number(p, size)]
         self.num_envs = num_envs
@@ -198,6 +201,9 @@ class VectorEnv(_VectorBase):
         cases: every episode begins as one of the first `cases` of the scene's [ensemble], drawn with the seed: its start and, where
         cases differ in other numbers than of [initial], its model (`cases` says which). 0: as the scene. It excludes begin.
         """
+        for name, what in (("reward", "a function of observations and actions"), ("limit", "the largest input of each port: a number, one for each, or by names")):
+            if name not in options:
+                raise TypeError(f"from_scene(): '{name}' is missing, expected {what}")
         known = scene_of(scene, change)
         found = assemblies_of(known, cases, options)
         start = {"method": known.data.method, "step": known.data.step, "mechanism": found[0].mechanism, "scene": known, "_cases": found}
@@ -272,12 +278,13 @@ class VectorEnv(_VectorBase):
         return last, rewards, whys
 
     def reset(self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None):
-        """(observations, info): the first episode of the seed, of one for each environment, or the next."""
+        """(observations, info): the first episode of the seed, or the next. Of a number, environment i has the seed + i, as in Gymnasium; a list has one for each."""
         if options:
             raise InvalidArgument(f"reset() has options {', '.join(map(repr, options))}, expected none: begin says where episodes begin")
         several = isinstance(seed, (list, tuple, np.ndarray))
         super().reset(seed=None if several else seed)
-        x = self._batch.reset_each(list(seed)) if several else self._batch.reset(seed)
+        seeds = list(seed) if several else None if seed is None else [(int(seed) + i) % 2**64 for i in range(self.num_envs)]
+        x = self._batch.reset(None) if seeds is None else self._batch.reset_each(seeds)
         self._begun = True
         return self._seen(x, self._batch.cases, self._batch.lengths), {}
 

@@ -1,4 +1,5 @@
 """How episodes of Env and VectorEnv end: by a state that grows without bound, by `terminated` of the batch; ports that are left out."""
+import re
 import warnings
 
 import numpy as np
@@ -127,6 +128,19 @@ def test_free_bodies_are_not_pushed_unless_it_is_asked_for(source, tmp_path):
     model = ph.MechanicalModel(b.build())
     alone = ph.Env(model, model.state(model.mechanism.neutral(), np.zeros(6)), **kw)
     assert len(alone.action_names) == 6  # there is nothing else to drive
+
+
+def test_scenes_that_jump_or_stick_and_what_is_missing(source):
+    kw = dict(reward=lambda o, u: 0.0, limit=1.0)
+    for name, says in (("billiards", "an environment does not jump: 'cue_on_cloth' is rigid, expected a soft contact"),
+                       ("dry_joints", "an environment does not stick: 'shoulder.dry_friction' is dry, expected an element of type 'friction', which is smooth")):
+        scene = source / "examples" / name / "scene.toml"
+        with pytest.raises(ph.InvalidArgument, match="^" + re.escape(says)):
+            ph.Env.from_scene(scene, **kw)
+    for missing, says in (("limit", "'limit' is missing, expected the largest input of each port"), ("reward", "'reward' is missing, expected a function of")):
+        with pytest.raises(TypeError, match=re.escape(f"from_scene(): {says}")):
+            ph.VectorEnv.from_scene(source / "examples/double_pendulum/scene.toml", **{k: v for k, v in kw.items() if k != missing})
+    assert ph.Env.from_scene(source / "examples/double_pendulum/scene.toml", **kw).action_names  # control
 
 
 def test_a_port_that_is_not_there_is_named_with_the_nearest(source):

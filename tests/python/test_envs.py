@@ -107,6 +107,8 @@ def test_a_seed_for_each_environment(pendulum):
         assert np.array_equal(alone.reset(seed=seed)[0], first[k])
     second = e.reset()[0]
     assert np.array_equal(alone.reset()[0], second[2]) and not np.array_equal(second[2], first[2])
+    from_one = e.reset(seed=1)[0]  # as Gymnasium counts on from one seed; control: from another
+    assert np.array_equal(from_one, first) and not np.array_equal(e.reset(seed=2)[0], first)
     with pytest.raises(ph.InvalidArgument, match="seeds of an environment"):
         e.reset(seed=[1, 2])
 
