@@ -47,8 +47,8 @@ struct Measurements {
 ///   (loading and unloading): the curve of each σ is smoothed through its own places and taken at
 ///   evenly spaced deflections, at most 200. Places nearer than half of that spacing are one, with
 ///   the mean of loading and unloading, the means of their numbers; the error of a mean is less by
-///   the root of how many rows it has. Where a setting of σ has fewer than four places, as one that is
-///   measured and jitters, settings that follow each other by less than 1/50 of their range are
+///   the root of how many rows it has. Where a setting of σ has fewer than four places, as one that
+///   is measured and jitters, settings that follow each other by less than 1/50 of their range are
 ///   one
 /// @throws InvalidArgument "file:line: ..." for a missing column or number, a column that may be a
 ///   misspelt one, and without smoothing for a duplicate grid point or a hole in the grid

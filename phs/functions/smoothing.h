@@ -16,9 +16,9 @@ namespace porthos::phs {
 std::vector<double> smoothed(const std::vector<double>& x, const std::vector<double>& y,
                              const std::vector<double>& s);
 
-/// How far values scatter about cubics of least squares through ten neighbours each, as the standard
-/// deviation of their errors. Fewer than seven values have polynomials of a lower degree. x as above;
-/// 0 for fewer than three values.
+/// How far values scatter about cubics of least squares through ten neighbours each, as the
+/// standard deviation of their errors. Fewer than seven values have polynomials of a lower degree.
+/// x as above; 0 for fewer than three values.
 double scatter(const std::vector<double>& x, const std::vector<double>& y);
 /// The same in units of the errors s that are stated (as of smoothed): 1 where these are right.
 double scatter(const std::vector<double>& x, const std::vector<double>& y,

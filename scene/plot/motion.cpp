@@ -6,6 +6,7 @@
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/kinematics.h"
 #include "mechanics/rotation.h"
+#include "scene/plot/spring_panels.h"
 #include "scene/read/output.h"
 #include "scene/read/scene.h"
 #include "scene/run/columns.h"
@@ -145,7 +146,7 @@ class MotionPanels {
     if (!table_.known()) return;
     for (const bool turning : {false, true})
       for (const auto* unit : {"rad", "m"}) joints(unit, turning);
-    springs();
+    for (TracePanel& p : spring_panels(r_)) add(p.what, std::move(p.lines));
     size_t bodies = 0;
     for (const auto& c : m.coordinates())
       if (c.kind == BlockKind::rotation && bodies++ < most_lines) body(c);
@@ -210,48 +211,6 @@ class MotionPanels {
     add("rates of " + which + " [" + unit + "/s]", std::move(rates));
   }
 
-  void springs() {
-    std::vector<TraceLine> deflection, stiffness, torque, motors, driving;
-    std::vector<std::pair<std::string, std::vector<TraceLine>>> settings;  // by their units
-    for (const Spring& s : r_.springs) {
-      const auto of = [&](const char* what) {
-        return r_.rows("state/" + link_name(s.name + what));
-      };
-      const auto q = of(".link"), theta = of(".theta");
-      auto sigma = of(".sigma");
-      if (q.size() != r_.t.size() || theta.size() != q.size()) continue;
-      if (sigma.size() == q.size()) {
-        const std::string unit = "stiffness settings [" + s.energy->traits().sigma_unit + "]";
-        const auto same = [&](const auto& known) { return known.first == unit; };
-        auto group = std::find_if(settings.begin(), settings.end(), same);
-        if (group == settings.end()) group = settings.insert(group, {unit, {}});
-        group->second.push_back(line(s.name, [&](size_t i) { return sigma[i]; }));
-      }
-      sigma.resize(q.size());
-      deflection.push_back(line(s.name, [&](size_t i) { return q[i] - theta[i]; }));
-      stiffness.push_back(
-          line(s.name, [&](size_t i) { return s.energy->stiffness(q[i], theta[i], sigma[i]); }));
-      torque.push_back(
-          line(s.name, [&](size_t i) { return -s.energy->slopes(q[i], theta[i], sigma[i]).q; }));
-      if (s.motor.kind == vsa::Drive::Kind::fixed) continue;
-      motors.push_back(line(s.name, [&](size_t i) { return theta[i]; }));
-      const auto p = r_.rows("momentum/" + link_name(s.name + ".theta"));
-      const bool rotor = s.motor.inertia > 0;  // else what the drive holds
-      if (!s.alone || (rotor && p.size() != q.size())) continue;
-      driving.push_back(line(s.name, [&](size_t i) {
-        if (!rotor) return s.energy->slopes(q[i], theta[i], sigma[i]).theta;
-        const double rate = p[i] / (s.motor.gear * s.motor.gear * s.motor.inertia);
-        return vsa::drive_torque(s.motor, r_.t[i], theta[i], rate);
-      }));
-    }
-    add("deflections of springs [rad]", std::move(deflection));
-    for (auto& [what, lines] : settings) add(what, std::move(lines));
-    add("stiffness of springs [N m/rad]", std::move(stiffness));
-    add("torques of springs [N m]", std::move(torque));
-    add("motors [rad]", std::move(motors));
-    add("torques of motors [N m]", std::move(driving));
-  }
-
   template <class F>
   std::vector<TraceLine> three(F value) const {
     std::vector<TraceLine> lines;
@@ -287,16 +246,6 @@ class MotionPanels {
 };
 
 }  // namespace
-
-std::vector<Spring> springs_of(const Scene& scene) {
-  std::vector<Spring> all;
-  for (const JointActuator& j : scene.actuators) {
-    const vsa::Drive& motor = j.actuator.theta;
-    all.push_back({j.name, j.actuator.elastic, motor,
-                   motor.kind != vsa::Drive::Kind::torque || scene.controllers.empty()});
-  }
-  return all;
-}
 
 std::vector<TracePanel> motion_panels(const mechanics::Mechanism& mechanism,
                                       const MotionRecords& records) {

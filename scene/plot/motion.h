@@ -17,8 +17,9 @@ struct Scene;
 struct Spring {
   std::string name;
   vsa::ElasticPtr energy;
-  vsa::Drive motor = {};  ///< of its equilibrium
-  bool alone = true;      ///< no controller of the scene may add to the motor's torque
+  vsa::Drive motor = {}, winder = {};  ///< of its equilibrium and of its stiffness
+  /// No controller of the scene may add to the torque of the motor or the winder.
+  bool alone = true, winder_alone = true;
 };
 /// Those of a scene's actuators.
 std::vector<Spring> springs_of(const Scene& scene);

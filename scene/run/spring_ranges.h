@@ -26,8 +26,8 @@ class SpringRanges {
   bool any() const { return !ranges_.empty() || !remarks_.empty() || !kinks_.empty(); }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record);
-  /// Adds a note for each range that was left, the remarks on tables, and one on the steps of springs with kinks if the
-  /// energy error is too large.
+  /// Adds a note for each range that was left, the remarks on tables, and one on the steps of
+  /// springs with kinks if the energy error is too large.
   void fill(RunReport& report) const;
 
  private:

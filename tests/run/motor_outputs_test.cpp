@@ -80,22 +80,28 @@ TEST(MotorOutputs, AreThoseOfTheScenesNumbersAndOfTheLedger) {
 TEST(MotorOutputs, TheMotionShowsTheSame) {
   TemporaryFolder folder;
   auto scene = arm(folder, motor("torque", "motor_torque") + motor("phi", "deflection") +
+                               motor("held", "motor_torque", "motor = \"sigma\"\n") +
                                "[[output]]\nquantity = \"joint_position\"\nname = \"q\"\n"
                                "joint = \"shoulder\"\n");
   const Series s(scene);
   const auto torque = s("output/torque"), q = s("output/q"), phi = s("output/phi");
-  const auto line = [&](const char* what) -> std::vector<double> {
+  const auto line = [&](const char* what,
+                        const std::string& of = "shoulder_vsa") -> std::vector<double> {
     scene::MotionRecords records{s("time"), {}, [&](const std::string& n) { return s(n); }};
     records.springs = scene::springs_of(scene);
     for (const auto& p : scene::motion_panels(*s.assembly.mechanism, records))
       for (const auto& l : p.lines)
-        if (p.what == what && l.name == "shoulder_vsa") return l.value;
+        if (p.what == what && l.name == of) return l.value;
     return {};
   };
   keeps("theta [rad]", largest(line("motors [rad]"), [&](size_t i) { return q[i] - phi[i]; }),
         1e-14);
   keeps("torque [N m]",
         largest(line("torques of motors [N m]"), [&](size_t i) { return torque[i]; }), 1e-12);
+  const auto held = s("output/held");
+  const auto winder = [&] { return line("torques of motors [N m]", "shoulder_vsa, sigma"); };
+  keeps("torque of sigma [N m]", largest(winder(), [&](size_t i) { return held[i]; }), 1e-12);
+  breaks("control: that of theta", largest(winder(), [&](size_t i) { return torque[i]; }), 1e-3);
   scene.actuators[0].actuator.theta.kp = 14;
   breaks("control: another gain",
          largest(line("torques of motors [N m]"), [&](size_t i) { return torque[i]; }), 1e-3);
