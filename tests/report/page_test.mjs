@@ -178,7 +178,26 @@ console.log("words and axes");
   const hangs = await said("hangs"), floats = await said("floats");
   expect(/the doubles of the file/.test(hangs.errors) && !/momentum|Quaternion|extended precision/.test(hangs.errors), "a judged file has no plots of what does not apply");
   expect(/Centre of mass.*Angular momentum.*Quaternion norm/.test(floats.errors) && /extended precision/.test(ets.errors), "control: plots of what does, and a run");
+  const { minus } = await import(join(source, "report/web/src/format.js"));
+  expect(minus("drifts by -0.00011 per s (-2), 4.5e-10 in well-known 3-4") === "drifts by −0.00011 per s (−2), 4.5e-10 in well-known 3-4", "texts of the program get minus signs");
   expect(ets.legends >= 4 && ets.stray === 0, `${ets.legends} legends, ${ets.stray} with an entry without a line`);
+}
+
+console.log("narrow pages");
+for (const name of ["ets", "capture", "motor"]) {
+  const { tab } = await open(name);
+  const over = [];
+  for (const width of [420, 500, 760]) {
+    await tab.setViewportSize({ width, height: 800 });
+    over.push(await tab.evaluate(() => { const s = document.querySelector("#verdict .scroll"); return s.scrollWidth - s.clientWidth; }));
+  }
+  expect(Math.max(...over) <= 0, `${name}: no column of the checks is cut at 420, 500 and 760 px: ${over} px over`);
+  const limit = await tab.evaluate(() => [...document.querySelectorAll("#verdict .narrow-only")].every((e) => e.checkVisibility() && /^of \S/.test(e.innerText)));
+  expect(limit, `${name}: a value has its limit in its cell`);
+  await tab.setViewportSize({ width: 420, height: 800 });
+  const cut = await tab.evaluate(() => { document.querySelectorAll(".wide-cell, .wide-only").forEach((e) => (e.style.display = e.tagName === "SPAN" ? "inline" : "table-cell")); const s = document.querySelector("#verdict .scroll"); return s.scrollWidth - s.clientWidth; });
+  expect(cut > 0, `${name}: control: with the columns of a wide page it is cut by ${cut} px`);
+  await tab.close();
 }
 
 console.log("motion");
@@ -331,6 +350,8 @@ console.log("playback");
   const arrows = await free.tab.evaluate(() => porthos.stage.arrows.filter((a) => a.helper.visible).map((a) => a.kind).join());
   expect(arrows === "momentum,spin", `arrows of momentum and angular momentum: ${arrows}`);
   expect(free.complaints.length + driven.complaints.length === 0, `arrows without an error ${free.complaints.join("; ")}`);
+  const upon = await free.tab.evaluate(() => { const by = (kind) => porthos.stage.arrows.find((a) => a.kind === kind && a.helper.visible).helper; const [p, l] = ["momentum", "spin"].map(by); return { thin: p.shaft.scale.x / l.shaft.scale.x, over: p.shaft.renderOrder - l.shaft.renderOrder }; });
+  expect(upon.thin <= 0.6 && upon.over > 0, `an arrow upon another covers ${Math.round(100 * upon.thin)} % of its width, at most 60 % expected`);
   await shot(free.tab, "arrows");
   await mesh.tab.close();
   await plain.tab.close();
@@ -368,6 +389,13 @@ console.log("playback");
   const acts = await capture.tab.evaluate(() => { const s = porthos.stage, n = []; for (const t of [5, 50, 300]) s.seek(t), n.push(s.casts[s.act].nodes.length); return { n, ticks: document.querySelectorAll(".ticks i").length }; });
   expect(acts.n[0] > acts.n[1] && acts.n[1] > acts.n[2], `moving bodies before, after the capture and with locked joints: ${acts.n}`);
   expect(acts.ticks === 4, `${acts.ticks} events on the slider`);
+  // The banner of an event: while it plays, for three seconds of watching.
+  const banner = await capture.tab.evaluate(() => {
+    const s = porthos.stage, e = porthos.data.summary.events[0].at_s, on = () => document.querySelector(".flash").classList.contains("on"), look = async (t) => { await new Promise((f) => setTimeout(f, 100)); s.time = t; s.onTime(t); return on(); };
+    s.rate = 2;
+    return (async () => { s.playing = true; const seen = [await look(e - 0.5), await look(e + 5), await look(e + 7)]; await look(e + 5); s.play(false); return [...seen, await look(e + 5)].join(); })();
+  });
+  expect(banner === "false,true,false,false", `the banner of an event before it, after 2.5 s, after 3.5 s, at rest: ${banner}`);
   await capture.tab.close();
 
   const orbit = await open("orbit");

@@ -1,6 +1,9 @@
 const superscript = (n) => String(n).replace("-", "⁻").replace(/\d/g, (d) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[d]);
 export const power = (n) => `10${superscript(n)}`;
 
+/** A text of the program with minus signs: "by -0.1 per s" -> "by −0.1 per s". */
+export const minus = (text) => text.replace(/(^|[\s(])-(?=\d)/g, "$1−");
+
 /** 50000 -> "50 000" with narrow spaces. */
 export function grouped(n) {
   const [whole, part] = String(n).split(".");

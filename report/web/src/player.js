@@ -80,7 +80,6 @@ export function player(d) {
       warning.textContent = `${c.t.length > 1 ? `One frame every ${duration((c.t[c.t.length - 1] - c.t[0]) / (c.t.length - 1))}; positions are interpolated linearly, attitudes along the shortest arc.` : ""}`
         + (often > 1.6 ? ` A body turns by up to ${Math.round((often * 180) / Math.PI)}° between two of them: fast rotation may appear slowed (aliasing).${several && whole ? " The beginning can be seen record by record." : " A smaller record_every shows it."}` : "");
     }
-    let shownEvent = -1;
     let told = 0;
     stage.onTime = (t) => {
       markTime(t);
@@ -93,12 +92,9 @@ export function player(d) {
       said.replaceChildren(h("b", {}, `t = ${instant(t, stage.last, span)}`), stage.altitude && stage.clips[0].orbit ? `  ·  altitude ${number(stage.altitude / 1000, 4)} km` : "",
         stage.options.view === "mechanism" && stage.down ? "  ·  arrows: down (green), ahead (red)" : "",
         ...(stage.options.arrows && stage.options.view === "mechanism" ? stage.arrowWords().map((words) => h("div", {}, words)) : []));
-      const gone = events.filter((e) => e.t <= t).length;
-      if (gone !== shownEvent) {
-        const e = events[gone - 1];
-        if (e && shownEvent >= 0 && gone > shownEvent) flash.textContent = `${duration(e.t)}: ${events.filter((x) => x.t === e.t).map((x) => x.text).join(", ")}`, flash.classList.add("on"), setTimeout(() => flash.classList.remove("on"), 3000);
-        shownEvent = gone;
-      }
+      const e = stage.playing && events.filter((x) => x.t <= t && t - x.t < 3 * stage.rate).pop();  // for three seconds of watching
+      if (e) flash.textContent = `${duration(e.t)}: ${events.filter((x) => x.t === e.t).map((x) => x.text).join(", ")}`;
+      flash.classList.toggle("on", Boolean(e));
       play.textContent = stage.playing ? "❚❚ Pause" : "▶ Play";
     };
     const go = (on) => { stage.play(on); stage.onTime(stage.time); };

@@ -1,6 +1,6 @@
 import { chart } from "./charts.js";
 import { card, h, lead, section, table } from "./dom.js";
-import { duration, grouped, number, rowsOf, short } from "./format.js";
+import { duration, grouped, minus, number, rowsOf, short } from "./format.js";
 import { workPrecision } from "./scatter.js";
 
 const any = (v) => v && v.some((x) => Number.isFinite(x) && x !== 0);
@@ -21,7 +21,7 @@ export const checkName = (name) => names[name] || (name.startsWith("stop.") ? na
 function room(c) {
   if (!(c.value > 0) || !(c.limit > 0)) return c.pass && c.value === 0 ? h("span", { class: "soft" }, "exact") : "";
   const decades = Math.log10(c.limit / c.value), factor = c.pass ? c.limit / c.value : c.value / c.limit;
-  return h("div", { class: "room" }, h("span", { class: "n" }, `${number(Number(factor.toPrecision(2)), 2)}× ${c.pass ? "below" : "above"}`),
+  return h("div", { class: "room" }, h("span", { class: "n" }, `${number(Number(factor.toPrecision(2)), 2)}×`, h("span", { class: "wide-only" }, ` ${c.pass ? "below" : "above"}`)),
     h("span", { class: `track ${c.pass ? "" : "fail"}` }, h("i", { style: `width:${c.pass ? Math.min(100, Math.max(3, (100 * decades) / 6)) : 100}%` })));
 }
 
@@ -38,17 +38,17 @@ export function verdict(d) {
   // The sentence beside a failure is about what failed.
   const other = failed.some((c) => ["energy", "balance", "outcome"].includes(c.name)) ? null : failed[0];
   const told = other && (s.notes || []).find((n) => n.startsWith(`the error of ${other.name} `));
-  const beside = told ? `${told[0].toUpperCase()}${told.slice(1)}.`
+  const beside = told ? minus(`${told[0].toUpperCase()}${told.slice(1)}.`)
     : other ? `${checkName(other.name)}: ${number(other.value)}, with a limit of ${number(other.limit)}.`
-    : `The energy error ${s.energy.growth}.`;
+    : `The energy error ${minus(s.energy.growth)}.`;
   const perStep = s.steps > 0 ? s.cpu_s / s.steps : 0;
   const tile = (value, text) => h("div", { class: "tile" }, h("b", {}, value), h("span", {}, text));
   return section("verdict", "Verdict",
     h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : open ? "open" : "fail"}` }, pass ? "Pass" : open ? "Not judged" : "Fail"),
       h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, beside))),
     s.checks.length + none.length ? card(table(["check", "", "value", "limit", "against the limit"],
-      [...s.checks.map((c) => c.name === "outcome" ? [names.outcome, h("span", { class: "word fail" }, "✗ fail"), "no", "–", ""] : [checkName(c.name), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail"), number(c.value), number(c.limit), room(c)]),
-        ...none.map((n) => [checkName(n.name), h("span", { class: "soft" }, "not applicable"), "–", "–", h("span", { class: "soft" }, n.why)])], ["", "", "n", "n", ""])) : "",
+      [...s.checks.map((c) => c.name === "outcome" ? [names.outcome, h("span", { class: "word fail" }, "✗ fail"), "no", "–", ""] : [checkName(c.name), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail"), [number(c.value), h("span", { class: "narrow-only" }, `of ${number(c.limit)}`)], number(c.limit), room(c)]),
+        ...none.map((n) => [checkName(n.name), h("span", { class: "soft" }, "not applicable"), "–", "–", h("span", { class: "soft" }, n.why)])], ["", "", "n", "n wide-cell", ""])) : "",
     h("div", { class: "tiles" },
       tile(number(s.energy.max_rel_error), "largest energy error, relative"),
       tile(`${number(s.energy.initial_J, 6)} J`, "energy at the start"),
@@ -124,7 +124,7 @@ export function errors(d) {
       note: limit > 0 && !shown ? `The limit, ${number(limit)}, is off the plot.` : "",
     }) : h("p", {}, "The balance closes exactly at every record.")),
     h("div", { class: "grid3" },
-      flat(...(recorded && judged("centre_of_mass") ? ["Centre of mass", "|P − P(start) − M g t|"] : ["Linear momentum", "|P − P(start)|"]), "kg m/s", s.linear, "c2", "linear_momentum"), flat("Angular momentum", "|L − L(start)|", "kg m²/s", s.angular, "c4", "angular_momentum"), flat("Quaternion norm", "| |ξ| − 1 |, largest", "1", s.quaternion, "c3", "quaternion_norm")));
+      flat(...(recorded && judged("centre_of_mass") ? ["Centre of mass", "|P − P(start) − M g t|"] : ["Linear momentum", "|P − P(start)|"]), "kg m/s", s.linear, "c2", "linear_momentum"), flat("Angular momentum", "|L − L(start)|", "kg m²/s", s.angular, "c4", "angular_momentum"), flat("Quaternion norm", "| |ξ| − 1 |, largest", "", s.quaternion, "c3", "quaternion_norm")));
 }
 
 /** What moved: joints, then bodies that are free. Many lines are cut into plots of eight. */
@@ -136,7 +136,7 @@ export function motion(d) {
     const shown = title === "joints" || title.includes(" ") ? title[0].toUpperCase() + title.slice(1) : title;  // outputs keep their names
     const turning = /^(rates of )?joints /.test(p.what) && m.panels.find((q) => q.what === p.what.replace("joints", "turning joints"));
     return Array.from({ length: count }, (_, k) => chart({
-      title: `${shown}${count > 1 ? `, ${k + 1} of ${count}` : ""}`, unit: `[${unit}]`, t: m.t, height: 220,
+      title: `${shown}${count > 1 ? `, ${k + 1} of ${count}` : ""}`, unit: unit === "1" ? "" : `[${unit}]`, t: m.t, height: 220,
       lines: p.lines.slice(8 * k, 8 * k + 8).map((l, i) => ({ ...l, colour: `c${i}`, width: 1.4 })),
       note: turning && k === count - 1 ? `${turning.lines.length === 1 ? "1 other is" : `${turning.lines.length} others are`} in “${title.replace(/joints$/, "turning joints").replace(/^./, (c) => c.toUpperCase())}”.` : "",
     }));
@@ -241,6 +241,6 @@ export function notes(d) {
   const model = d.model_notes || [];
   if (!list.length && !model.length) return null;
   return section("notes", "Notes", card(
-    list.length ? h("div", {}, h("h3", {}, "Of the run"), h("ul", { class: "notes" }, list.map((n) => h("li", {}, n)))) : "",
+    list.length ? h("div", {}, h("h3", {}, "Of the run"), h("ul", { class: "notes" }, list.map((n) => h("li", {}, minus(n))))) : "",
     model.length ? h("div", {}, h("h3", { style: list.length ? "margin-top:12px" : "" }, "Of the model"), h("ul", { class: "notes" }, model.map((n) => h("li", {}, n.where ? h("span", { class: "soft" }, `${n.where}: `) : "", n.text)))) : ""));
 }

@@ -1,5 +1,5 @@
 import {
-  AmbientLight, AxesHelper, Box3, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight,
+  AmbientLight, AxesHelper, BasicShadowMap, Box3, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight,
   EdgesGeometry, GridHelper, Group, Line, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera,
   PlaneGeometry, Quaternion, Scene, ShadowMaterial, SphereGeometry, ArrowHelper, Vector3, WebGLRenderer,
 } from "three";
@@ -25,15 +25,15 @@ export function frameAt(times, t) {
   return [low, (t - times[low]) / (times[high] - times[low])];
 }
 
-/** An arrow that is seen through bodies. */
+/** An arrow that is seen through bodies; of two, the one of the higher order is drawn over the other. */
 class Arrow extends Group {
-  constructor(tint) {
+  constructor(tint, order) {
     super();
     this.material = new MeshBasicMaterial({ color: tint, depthTest: false, transparent: true, opacity: 0.9 });
     this.shaft = new Mesh(new CylinderGeometry(1, 1, 1, 10), this.material);
     this.head = new Mesh(new ConeGeometry(1, 1, 16), this.material);
     this.add(this.shaft, this.head);
-    for (const part of this.children) part.renderOrder = 1;
+    for (const part of this.children) part.renderOrder = order;
   }
   point(direction, length, width) {
     const tip = Math.min(6 * width, 0.5 * length);
@@ -157,6 +157,7 @@ function drawnBySoftware() {
 }
 
 const tints = { spin: "c4", momentum: "c2", force: "c3" };  // of arrows
+const widths = { spin: 0.013, momentum: 0.006, force: 0.008 };  // of arrows: one that lies upon another leaves its edges to be seen
 const slow = 1 / 30;  // [s] a picture may take
 
 /** The playback: mechanism and, in orbit, the planet. onTime(t) is called whenever the time shown changes. */
@@ -172,8 +173,8 @@ export class Stage {
     // What falls on the world is seen to fall.
     this.usual = data.acts.some((a) => a.world?.length) ? "world" : "place";
     this.options = { frames: false, arrows: false, trails: true, whole: false, ride: this.usual, view: "mechanism" };
-    const software = drawnBySoftware();
-    this.renderer = new WebGLRenderer({ antialias: !software, alpha: false, powerPreference: "low-power", preserveDrawingBuffer: location.hash === "#still" });
+    const software = drawnBySoftware(), unhurried = location.hash === "#still";  // a picture or a film, picture by picture
+    this.renderer = new WebGLRenderer({ antialias: !software, alpha: false, powerPreference: "low-power", preserveDrawingBuffer: unhurried });
     this.fine = Math.min(window.devicePixelRatio || 1, software ? 1 : 2);
     this.ratio = this.fine;  // coarser while it plays where pictures take too long
     this.mean = 0;
@@ -195,7 +196,9 @@ export class Stage {
       else this.daylight = sun;
     }
     // A shadow costs a second drawing of everything.
-    this.renderer.shadowMap.enabled = this.sun.castShadow = !software;
+    this.renderer.shadowMap.enabled = this.sun.castShadow = !software || unhurried;
+    this.shade = software ? 1024 : 2048;  // pixels of a side of its map
+    if (software) this.renderer.shadowMap.type = BasicShadowMap;
     this.casts = data.acts.map((a) => new Cast(a, look));
     this.carrier = new Group();
     this.scene.add(this.carrier);
@@ -258,7 +261,7 @@ export class Stage {
     this.sun.target.position.copy(middle);
     Object.assign(camera, { left: -d, right: d, top: d, bottom: -d, near: d, far: 6 * d });
     camera.updateProjectionMatrix();
-    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.shadow.mapSize.set(this.shade, this.shade);
     this.sun.shadow.normalBias = 0.004 * this.size;
     this.carrier.traverse((o) => { if (o.isMesh && !o.material.transparent) o.castShadow = o.receiveShadow = true; });
   }
@@ -373,7 +376,7 @@ export class Stage {
     for (const a of this.arrows) a.helper.removeFromParent(), a.helper.dispose();
     this.arrows = [];
     const add = (act, kind, parent, v, step, at, length) => {
-      const helper = new Arrow(colour(tints[kind]));
+      const helper = new Arrow(colour(tints[kind]), kind === "spin" ? 1 : 2);
       helper.visible = false;
       parent.add(helper);
       this.arrows.push({ act, kind, helper, v, step, at, length, most: longest(v, step, at) });
@@ -402,7 +405,7 @@ export class Stage {
       // What is not but rounding is shown.
       a.helper.visible = this.options.arrows && a.act === this.act && size > 1e-6 * a.most && size > 1e-9;
       if (!a.helper.visible) continue;
-      a.helper.point(d.divideScalar(size), (a.length * size) / a.most, 0.008 * this.size);
+      a.helper.point(d.divideScalar(size), (a.length * size) / a.most, widths[a.kind] * this.size);
       if (a.kind !== "force") a.helper.position.set(...[0, 1, 2].map((k) => at(a.v, a.step, 0, k)));
     }
   }
