@@ -12,7 +12,7 @@ from typing import Any, Callable, Mapping, Sequence, Union
 
 import numpy as np
 
-from . import _core
+from . import _core, notebook
 from ._core import InvalidArgument, Model, SceneData
 from .ensembles import EnsembleResult, open_ensemble
 from .plans import Plan
@@ -195,6 +195,9 @@ class Scene:
         if out is not None:
             report_beside(out)
         return Identification(**found)
+
+    def _repr_html_(self) -> str:
+        return notebook.of_scene(self)
 
     def __repr__(self) -> str:
         return f"<porthos.Scene '{self.data.title}': {self.data.method}, step {self.data.step:g} s, {self.data.duration:g} s>"

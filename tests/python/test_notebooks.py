@@ -7,6 +7,8 @@ import shutil
 
 import pytest
 
+import porthos as ph
+
 
 @pytest.fixture
 def examples(source, tmp_path):
@@ -59,3 +61,33 @@ def test_a_cell_that_fails_stops(examples, tmp_path):
             runner(examples).run(path)
     finally:
         os.chdir(here)
+
+
+def test_scenes_and_mechanisms_are_tables(source, tmp_path, monkeypatch):
+    """The facts of `porthos info`, escaped; what is refused says why."""
+    text = (source / "examples/dc_motor_arm/scene.toml").read_text()
+    shutil.copy(source / "examples/dc_motor_arm/arm.urdf", tmp_path)
+    file = tmp_path / "scene.toml"
+    file.write_text(re.sub("^title = .*", 'title = "A <b>motor</b> & arm"', text, count=1, flags=re.M))
+    scene = ph.Scene(file)
+    page = scene._repr_html_()
+    assert "A &lt;b&gt;motor&lt;/b&gt; &amp; arm" in page and "<b>motor" not in page
+    shown = [re.findall("<td>(.*?)</td>", row) for row in re.findall("<tr>(.*?)</tr>", page)]
+    told = scene.info()
+    assert ["shoulder", "angle", "rad", "kg m^2/s", "0.4"] in shown and ["motor.supply", "1", "V", "A"] in shown
+    for name, value in (("mass", "2 kg (moving)"), ("links", "2, in 2 moving bodies"), ("degrees of freedom", "2")):
+        assert [name, value] in shown and re.search(f"{name} +{re.escape(value)}", told)
+    def refuse(self):
+        raise ph.InvalidArgument("no <such> joint")
+    with monkeypatch.context() as m:
+        m.setattr(ph.Scene, "assembly", property(refuse))
+        assert "<td>refused</td><td>no &lt;such&gt; joint</td>" in ph.Scene(file)._repr_html_() and "refused" not in page
+    model = tmp_path / "<i>.urdf"
+    model.write_text((tmp_path / "arm.urdf").read_text().replace('name="arm"', 'name="&lt;i&gt;arm"', 1))
+    urdf = ph.read_urdf(model)
+    for page in (urdf._repr_html_(), urdf.mechanism._repr_html_()):
+        assert "&lt;i&gt;arm" in page and "<i>" not in page
+        assert "<td>elbow</td><td>q[1:2]</td><td>rad</td>" in page
+    assert "root link" in urdf._repr_html_() and "root link" not in urdf.mechanism._repr_html_()
+    free = ph.Scene(source / "examples/ets_vii/scene.toml")._repr_html_()
+    assert "<td>base.position</td><td>linear</td><td>m</td><td>kg m/s</td><td>0 0 0</td>" in free and "<td>linear_momentum</td><td>kg m/s</td>" in free and "triangle inequality" in free
