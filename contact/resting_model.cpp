@@ -16,6 +16,9 @@ bool RestingModel::loses_any() const {
   return std::any_of(rubbing_.begin(), rubbing_.end(),
                      [&](size_t k) { return held()[k].slides(); });
 }
+bool RestingModel::lifts_any() const {
+  return std::any_of(held().begin(), held().end(), [](const Touching& t) { return t.lifts(); });
+}
 
 template <class T>
 std::unique_ptr<phs::System<T>> RestingModel::make_system() const {

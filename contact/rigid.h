@@ -11,15 +11,17 @@ namespace porthos::contact {
 
 /// What a gap of a rigid contact does in a run. One that is closed and has no friction slides.
 struct Touching {
-  enum class State : char { open, slides, sticks } state = State::open;
+  /// lifts: it has opened from rest and is at most 1e-12 m (or rad) wide: its rate is rounding.
+  enum class State : char { open, slides, sticks, lifts } state = State::open;
   /// With friction: of the slip, across the normal, world axes, when it was last looked at.
   mechanics::Vec3d along{0, 0, 0};
   bool turns = false;     ///< whether friction follows the slip from there, or is along `along`
   bool singular = false;  ///< whether its forces were not unique since the step began
 
-  explicit operator bool() const { return state != State::open; }
+  explicit operator bool() const { return slides() || sticks(); }
   bool slides() const { return state == State::slides; }
   bool sticks() const { return state == State::sticks; }
+  bool lifts() const { return state == State::lifts; }
 };
 
 /// A model for one run. Where contacts are closed its field has the forces that hold their gaps:
@@ -36,6 +38,7 @@ class RestingModel final : public HeldModel<RestingModel, Touching> {
 
   bool holds_any() const;  ///< whether any is closed
   bool loses_any() const;  ///< whether any slides with friction
+  bool lifts_any() const;  ///< whether any has just opened
   template <class T>
   void push(std::span<T>) const {}  // contacts that are open do nothing
 

@@ -9,27 +9,13 @@
 #include "contact/detail/held_system.h"
 #include "contact/detail/resting_forces.h"
 #include "contact/detail/rough_impact.h"
+#include "contact/detail/thresholds.h"
 
 namespace porthos::contact {
 namespace {
 
 using integrators::Outcome;
 using phs::Quad;
-
-/// A contact closes if the jump after its next impact would be lower [m | rad].
-constexpr double least_height = 1e-14;
-/// Contacts at most so far apart take part in one impact [m | rad].
-constexpr double touching = 1e-12;
-/// Where two rigid shapes overlap by more, a touch was missed [m | rad].
-constexpr double most_overlap = 1e-6;
-/// A slip that friction ends within this time is none [s].
-constexpr double no_slip = 1e-13;
-/// Friction follows the direction of a slip that it does not end within so many steps. Nearer to
-/// its end it keeps that from the start of the step: the direction of a small slip is stiff.
-constexpr double steps_to_stop = 4;
-
-/// Of a flight that lasts `time` and ends at this speed.
-double height(double speed, double time) { return 0.25 * speed * time; }
 
 /// The depth of a free gap, or minus how hard a closed one is pressed. Then of every gap with
 /// friction: while it slides minus its slip, while it sticks the friction that it lacks for that.
@@ -67,7 +53,8 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
     turn(turns);
     t_ = t;
     at_.place(x.first(nq_));
-    for (size_t k = 0; k < at_.count(); ++k) value[soft + k] = -at_.gap(k);
+    for (size_t k = 0; k < at_.count(); ++k)
+      value[soft + k] = -at_.gap(k) - (closed()[k].lifts() ? lifted : 0);
     std::fill(value.begin() + long(rubs), value.end(), -1.0);
     if (!model_->holds_any()) return;
     free_->field(t, x, {}, dx_);
@@ -100,14 +87,14 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
     }
   }
   void begin_step(double t, State& s) override {
-    std::fill(last_.begin(), last_.end(), -HUGE_VAL);
+    for (size_t k = 0; k < at_.count(); ++k) last_[k] = closed()[k].lifts() ? t : -HUGE_VAL;
     jumped_.clear();
     trouble_.clear();
     impacts_ = slips_ = 0;
-    if (rubbing_.empty()) return;
-    for (Touching& each : closed()) each.singular = false;
     if (!std::isnan(began_)) step_ = t - began_;
     began_ = t;
+    if (rubbing_.empty()) return;
+    for (Touching& each : closed()) each.singular = false;
     if (!model_->loses_any()) return;
     turn(turns_of(s));
     evaluate(t, s);
@@ -118,9 +105,11 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
   Outcome jump(size_t k, double t, State& s, std::span<double> works) override {
     k -= soft_->count();
     if (k >= at_.count()) return slip_or_stick(k - at_.count(), t, s);
-    if (++impacts_ > 9999) return ends(k, endings::crowded);
+    if (++impacts_ == 5000) half_ = t;
+    if (impacts_ > 9999) return ends_crowded(k, t);
     if (closed()[k]) {
-      closed()[k].state = Touching::State::open;
+      closed()[k].state = Touching::State::lifts;
+      last_[k] = t;
       return Outcome::ok;
     }
     exact_.place(s);
@@ -138,9 +127,9 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
     for (size_t i = 0; i < normals; ++i) {
       const size_t j = rows[i];
       const double approach = -double(v[i]);
+      const double least = closed()[j].lifts() ? touching : least_height;
       // One that moves apart but came to 0 is pressed, and flies less than rounding.
-      low_[i] =
-          !closed()[j] && (approach < 0 ? j == k : height(approach, t - last_[j]) < least_height);
+      low_[i] = !closed()[j] && (approach < 0 ? j == k : height(approach, t - last_[j]) < least);
       bounces = bounces || (approach > 0 && !low_[i] && !closed()[j]);
       fastest = std::max(fastest, v[i] < Quad(0.0) ? -v[i] : v[i]);
     }
@@ -159,7 +148,7 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
       Touching& own = closed()[rows[i]];
       const bool leaves = v[i] > Quad(1e-15) * fastest;
       const bool closes = (own && !leaves) || (low_[i] && (!leaves || rows[i] == k));
-      own.state = closes ? Touching::State::slides : Touching::State::open;
+      if (closes || own) own.state = closes ? Touching::State::slides : Touching::State::open;
     }
     for (const Rubbing& r : exact_.rubs) {
       Touching& own = closed()[rows[r.normal]];
@@ -179,8 +168,13 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
   /// Takes the gaps of closed contacts and their rates back to 0, along M⁻¹Gᵀ; so the slips of
   /// those that stick.
   void settle(State& s) override {
-    if (!model_->holds_any()) return;
+    const bool any = model_->holds_any();
+    if (!any && !model_->lifts_any()) return;
     exact_.place(s);
+    for (size_t k = 0; k < at_.count(); ++k)
+      if (Touching& own = closed()[k]; own.lifts() && double(exact_.gaps.gap(k)) > touching)
+        own.state = Touching::State::open;
+    if (!any) return;
     auto& rows = exact_.rows;
     rows.clear();
     exact_.rubs.clear();
@@ -202,7 +196,7 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
     for (size_t k = 0; k < at_.count(); ++k) {
       Touching& own = closed()[k];
       int state = int(own.state);
-      a(state, 0, 2);
+      a(state, 0, 3);
       own.state = Touching::State(state);
       if (!(mu_[k] > 0)) continue;
       for (double* x : {&own.along.x, &own.along.y, &own.along.z}) a(*x);
@@ -237,6 +231,12 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
   Outcome ends(size_t k, const char* why) const {
     trouble_ = fmt::format(fmt::runtime(why), contacts_.rigid()[at_.rigid(k)].name);
     return Outcome::jammed;
+  }
+  Outcome ends_crowded(size_t k, double t) {
+    bool others = false;
+    for (size_t j = 0; j < at_.count(); ++j)
+      others = others || (at_.rigid(j) != at_.rigid(k) && last_[j] > began_);
+    return ends(k, endings::crowded(others, t - half_, t - began_).c_str());
   }
   /// The forces at a state.
   void evaluate(double t, const State& s) {
@@ -325,14 +325,15 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
   RoughImpact rough_;
   std::vector<size_t> rubbing_;  ///< the gaps with friction
   std::vector<Quad> lambda_;
-  std::vector<double> e_, mu_;      ///< of each gap
-  std::vector<double> used_;        ///< restitutions of an impact
-  std::vector<double> last_;        ///< of each gap, the time of its last impact in this step
-  std::vector<double> slipped_;     ///< of rubbing_[j], when it last began to slip from rest
-  std::vector<char> low_;           ///< of each row of an impact, whether its contact closes
-  std::vector<size_t> loss_at_;     ///< of each rigid contact, its power; the next one counts, and
-                                    ///< the one after it is that of friction
-  double t_ = 0, began_ = NAN;      ///< times of the last at(), and of the start of this step
+  std::vector<double> e_, mu_;   ///< of each gap
+  std::vector<double> used_;     ///< restitutions of an impact
+  std::vector<double> last_;     ///< of each gap, the time of its last impact in this step
+  std::vector<double> slipped_;  ///< of rubbing_[j], when it last began to slip from rest
+  std::vector<char> low_;        ///< of each row of an impact, whether its contact closes
+  std::vector<size_t> loss_at_;  ///< of each rigid contact, its power; the next one counts, and
+                                 ///< the one after it is that of friction
+  /// Times of the last at(), of the start of this step, and of the 5000th jump in it.
+  double t_ = 0, began_ = NAN, half_ = 0;
   size_t impacts_ = 0, slips_ = 0;  ///< of this step: at gaps, and between slip and stick
   mutable std::string trouble_;
 };
