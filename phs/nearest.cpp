@@ -21,18 +21,34 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return d[a.size()][b.size()];
 }
 
-}  // namespace
-
-std::string_view nearest(std::string_view name, const Names& known) {
+bool near(std::string_view a, std::string_view b) {
+  return 3 * edit_distance(a, b) <= std::max(a.size(), b.size());
+}
+std::string_view by_edits(std::string_view name, const Names& known) {
   return *std::min_element(known.begin(), known.end(), [&](auto a, auto b) {
     return edit_distance(name, a) < edit_distance(name, b);
   });
 }
+/// Whether words that _ parts are the others, as limit of torque_limit.
+bool has_words(std::string_view name, std::string_view words) {
+  const auto all = '_' + std::string(name) + '_';
+  return all.find('_' + std::string(words) + '_') != std::string::npos;
+}
+
+}  // namespace
+
+std::string_view nearest(std::string_view name, const Names& known) {
+  const auto meant = by_edits(name, known);
+  if (near(name, meant)) return meant;
+  std::string_view words;
+  for (const auto each : known)
+    if (each.size() > words.size() && has_words(name, each)) words = each;
+  return words.empty() ? meant : words;
+}
 
 std::string_view near_enough(std::string_view name, const Names& known) {
-  const auto meant = nearest(name, known);
-  const bool near = 3 * edit_distance(name, meant) <= std::max(name.size(), meant.size());
-  return near ? meant : std::string_view();
+  const auto meant = by_edits(name, known);
+  return near(name, meant) ? meant : std::string_view();
 }
 
 }  // namespace porthos

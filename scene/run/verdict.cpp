@@ -164,9 +164,15 @@ class Judge {
       check("orbital", limits_.orbital, r_.space->orbital.relative(), false);
       check("coupling", limits_.coupling, r_.space->coupling.relative(), true);
       if (limits_.coupling && r_.checks.back().value > r_.checks.back().limit)
-        r_.notes.push_back(
-            "the coupling ledger does not close to its limit: a shorter step does, or a splitting "
-            "of higher order ([orbit] splitting = \"lobatto8c\")");
+        r_.notes.push_back(fmt::format(
+            "the coupling ledger does not close to its limit: {}a shorter step does{}",
+            scene_.controllers.empty()
+                ? ""
+                : "a controller that moves a joint faster than a few steps opens it, lower its "
+                  "damping and stiffness (bandwidth), else ",
+            scene_.orbit && scene_.orbit->splitting == "lobatto8c"
+                ? ""
+                : ", or a splitting of higher order ([orbit] splitting = \"lobatto8c\")"));
       return;
     }
     const char* const why = "it is a ledger of a spacecraft in [orbit]";

@@ -286,15 +286,31 @@ TEST(OrbitScene, ReportsItsLedgersAndGoesOnWhereItStopped) {
   const auto whole = run(s, a, test::into(f.at / "whole"));
   ASSERT_TRUE(whole.space);
   EXPECT_TRUE(whole.passed());
-  const auto told = [](const RunReport& r) {
-    return std::ranges::any_of(r.notes, [](const std::string& n) {
-      return n.starts_with("the coupling ledger does not close to its limit: a shorter step does");
-    });
+  const auto advice = [](const RunReport& r) -> std::string {
+    for (const std::string& n : r.notes)
+      if (n.starts_with("the coupling ledger does not close to its limit: ")) return n;
+    return "";
+  };
+  const auto told = [&](const RunReport& r) {
+    return advice(r).find("limit: a shorter step does, or a splitting") != std::string::npos;
   };
   EXPECT_FALSE(told(whole));
   Scene strict = s;
   strict.verify.coupling = 1e-9;
   EXPECT_TRUE(told(run(strict, assemble(strict), test::into(f.at / "strict"))));
+  strict.orbit->splitting = "lobatto8c";
+  strict.verify.coupling = 1e-16;
+  EXPECT_TRUE(
+      advice(run(strict, assemble(strict), test::into(f.at / "8c"))).ends_with("step does"));
+  Scene held = read_scene(
+      f.scene(moving +
+              "[[controller]]\ntype = \"potential\"\nname = \"arm\"\njoints.elbow = { target = "
+              "0.1, bandwidth = 0.1 }\n"));
+  held.verify.coupling = 1e-16;
+  const auto slower = advice(run(held, assemble(held), test::into(f.at / "held")));
+  EXPECT_NE(slower.find("lower its damping and stiffness (bandwidth), else a shorter step"),
+            std::string::npos)
+      << slower;
   const auto j = nlohmann::json::parse(test::read_bytes(f.at / "whole" / "summary.json"));
   for (const char* name : {"orbital", "internal", "coupling"})
     EXPECT_TRUE(j["ledgers"].contains(name)) << name;
