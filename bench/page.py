@@ -198,9 +198,9 @@ def step_section(data, heading="## A step"):
         inside = 1e9 * step["evaluation"]
         body.append([name, f"{step['sweeps']:.1f}", time_text(step["cpu_time"]), time_text(alone), time_text(inside),
                      f"{inside / alone:.2f}"])
-    return (f"\n{heading}\nA step of `gauss16` evaluates its eight stages together, once a sweep. What stands around the field is the sums over "
+    return (f"\n{heading}\nA step of `gauss16` evaluates its eight stages together, once an iteration. What stands around the field is the sums over "
             "stages, the stop rule and the update of the state.\n\n"
-            + table(["model", "sweeps a step", "step", "evaluation alone", "in the step", "ratio (aim: 1.15)"], body))
+            + table(["model", "iterations a step", "step", "evaluation alone", "in the step", "ratio (aim: 1.15)"], body))
 
 
 def other_section(folder):

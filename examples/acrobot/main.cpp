@@ -1,6 +1,8 @@
 // Acrobot of two links: gains from a sweep under a torque limit, then the certificate. The plant is
 // a mechanism of bodies.
+
 #include <cstdio>
+#include <exception>
 
 #include "energy_shaping/certify.h"
 #include "energy_shaping/designs.h"
@@ -35,7 +37,7 @@ std::shared_ptr<const mechanics::MechanicalModel> two_links() {
       std::make_shared<mechanics::Mechanism>(b.build()));
 }
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   const auto robot = two_links();
   Acrobot design = Acrobot::of(*robot, 9.8);  // c1 ... c5 read off the mechanism
   const double limit = 60;                    // [N m]
@@ -75,4 +77,7 @@ int main(int argc, char** argv) {
                          {"H_d above rest [J]", {{"H_d", run.t, H}}, true},
                          {"torque [N m]", {column("elbow", run.t, run.u, 0)}}},
                         "Acrobot, constant M_d", "from 0.2 rad off upright, torque within 60 N m"));
+} catch (const std::exception& e) {  // one sentence: what, where, what was expected
+  std::fprintf(stderr, "%s\n", e.what());
+  return 1;
 }

@@ -1,6 +1,9 @@
 // A satellite with thrusters turns 170 degrees about a skew axis and goes to a place. Smooth on
 // SO(3): nothing unwinds.
+
 #include <cmath>
+#include <cstdio>
+#include <exception>
 
 #include "energy_shaping/certify.h"
 #include "energy_shaping/potential_loop.h"
@@ -10,7 +13,7 @@
 using namespace porthos;
 using namespace porthos::energy_shaping;
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   mechanics::MechanismBuilder b("satellite");
   mechanics::BodySpec body;
   body.name = "base";
@@ -67,4 +70,7 @@ int main(int argc, char** argv) {
              column("z", run.t, run.u, 2)}}},
           "Pose of a satellite by thrusters",
           "trace potential on SO(3), spring and damper for the position; 170° off at the start"));
+} catch (const std::exception& e) {  // one sentence: what, where, what was expected
+  std::fprintf(stderr, "%s\n", e.what());
+  return 1;
 }

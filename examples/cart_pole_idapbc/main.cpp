@@ -1,5 +1,9 @@
 // Cart-pole: from 1.2 rad off upright back to upright, the cart where it is told to be. One smooth
 // law.
+
+#include <cstdio>
+#include <exception>
+
 #include "energy_shaping/certify.h"
 #include "energy_shaping/designs.h"
 #include "examples/show.h"
@@ -7,7 +11,7 @@
 using namespace porthos::energy_shaping;
 using porthos::scene::column;
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   const auto loop = cart_pole({.a = 10, .b = 1, .k = 1, .m22 = 0.1, .P = 1, .kv = 3, .q2_rest = 1});
 
   CertifyOptions o{.region = loop->options().region, .starts = {{1.2, 0, 0, 0}}};
@@ -37,4 +41,7 @@ int main(int argc, char** argv) {
             {column("continuous", run.t, run.u, 0), column("held for 50 ms", slow.t, slow.u, 0)}}},
           "Cart-pole by interconnection and damping assignment",
           "from 1.2 rad off upright; the cart is to stop at 1 m"));
+} catch (const std::exception& e) {  // one sentence: what, where, what was expected
+  std::fprintf(stderr, "%s\n", e.what());
+  return 1;
 }

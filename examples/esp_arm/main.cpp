@@ -1,6 +1,9 @@
 // A joint with an elastic gear: motor-side PD damps the link only through the spring; preserving
 // the elastic structure puts the damper at the link.
+
 #include <cmath>
+#include <cstdio>
+#include <exception>
 
 #include "energy_shaping/elastic.h"
 #include "energy_shaping/run.h"
@@ -24,7 +27,7 @@ struct Link {
   }
 };
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   const ElasticJoints<Link> joint{.arm = {}, .stiffness = {100}, .motor = {0.1}};
   const auto tomei = motor_side<Link>(joint, {.rest = {0.5}, .kp = {60}, .kd = {2}});
   const auto light =
@@ -85,4 +88,7 @@ int main(int argc, char** argv) {
                            column(names[2], c.t, c.u, 0)}}},
                         "An elastic joint, three regulators",
                         "link of 1 kg m² under gravity, spring of 100 N m/rad; to 0.5 rad"));
+} catch (const std::exception& e) {  // one sentence: what, where, what was expected
+  std::fprintf(stderr, "%s\n", e.what());
+  return 1;
 }

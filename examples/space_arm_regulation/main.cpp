@@ -1,6 +1,9 @@
 // ETS-VII with momentum wheels: the arm to a posture and the base to an attitude by internal
 // torques alone. The total momentum cannot change, and does not.
+
 #include <cmath>
+#include <cstdio>
+#include <exception>
 
 #include "energy_shaping/certify.h"
 #include "energy_shaping/sweep.h"
@@ -11,7 +14,25 @@
 using namespace porthos;
 using namespace porthos::energy_shaping;
 
-int main(int argc, char** argv) {
+/// The largest total momentum of a run, relative to what the bodies carry at most.
+static double largest_momentum(const mechanics::MechanicalModel& robot, const Run& run) {
+  mechanics::Workspace<double> w(robot.mechanism());
+  const size_t nq = size_t(robot.mechanism().nq());
+  double linear = 0, angular = 0, P = 1e-300, L = 1e-300;
+  for (const auto& x : run.x) {
+    const std::span<const double> s(x);
+    const auto total =
+        mechanics::momentum<double>(robot.mechanism(), w, s.first(nq), s.subspan(nq));
+    const auto scale = mechanics::momentum_scale(robot.mechanism(), w, s.first(nq), robot.rates(s));
+    P = std::max(P, scale.linear);
+    L = std::max(L, scale.angular);
+    linear = std::max(linear, norm(total.linear));
+    angular = std::max(angular, norm(total.angular));
+  }
+  return std::max(linear / P, angular / L);
+}
+
+int main(int argc, char** argv) try {
   mechanics::UrdfOptions options;
   options.base = mechanics::UrdfOptions::Base::free;
   options.accept_unphysical_inertia = true;
@@ -55,19 +76,7 @@ int main(int argc, char** argv) {
   Certificate certificate = certify(loop, o);
 
   const Run run = simulate(loop, start, o.run);
-  mechanics::Workspace<double> w(*mechanism);
-  const size_t nq = rest.size();
-  double linear = 0, angular = 0, P = 1e-300, L = 1e-300;
-  for (const auto& x : run.x) {
-    const std::span<const double> s(x);
-    const auto total = mechanics::momentum<double>(*mechanism, w, s.first(nq), s.subspan(nq));
-    const auto scale = mechanics::momentum_scale(*mechanism, w, s.first(nq), robot->rates(s));
-    P = std::max(P, scale.linear);
-    L = std::max(L, scale.angular);
-    linear = std::max(linear, norm(total.linear));
-    angular = std::max(angular, norm(total.angular));
-  }
-  certificate.at_most("total momentum", std::max(linear / P, angular / L), 1e-13,
+  certificate.at_most("total momentum", largest_momentum(*robot, run), 1e-13,
                       "stays zero, relative to what the bodies carry at most");
 
   std::vector<double> off;
@@ -91,4 +100,7 @@ int main(int argc, char** argv) {
                          {"wheel torque [N m]", wheel_torques}},
                         "ETS-VII: arm and base by internal torques",
                         "wheels of 0.4 kg m², base of 2552 kg; total momentum zero throughout"));
+} catch (const std::exception& e) {  // one sentence: what, where, what was expected
+  std::fprintf(stderr, "%s\n", e.what());
+  return 1;
 }
