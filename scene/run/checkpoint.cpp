@@ -15,7 +15,7 @@ namespace {
 // state.bin: magic, format version, length of the content, content, SHA-256 (hex) of everything
 // before it. Little-endian.
 constexpr char magic[8] = {'P', 'o', 'r', 't', 'h', 'o', 's', '\n'};
-constexpr std::uint64_t format_version = 6;  // 6: times of impacts
+constexpr std::uint64_t format_version = 7;  // 7: jumps of the error
 constexpr size_t head_size = 24, checksum_size = 64;
 
 fs::path file_in(const fs::path& folder) { return folder / "state.bin"; }

@@ -65,6 +65,19 @@ std::string words(const EnergyReport& e, const Told& told) {
                         ", by more than rounding" + told.what_to_do;
 }
 
+/// About a growth that is no rounding: what the method explains, else what to ask.
+std::string what_to_do(const RunReport& r) {
+  for (const auto& d : integrators::catalogue())
+    if (d.name == r.method && d.symplectic == integrators::Claim::fails &&
+        d.energy_exact == integrators::Claim::fails)
+      return ": " + r.method + " is not symplectic and does not keep the energy";
+  const std::string question = ": does it with a shorter step (porthos compare)?";
+  return r.own_slopes ? question +
+                            " Do the slopes of energies of your own agree with them "
+                            "(porthos verify)?"
+                      : question;
+}
+
 }  // namespace
 
 void set_growth(EnergyReport& e, const ErrorStatistics& s, double interval, double scale) {
@@ -95,10 +108,7 @@ std::string growth_words(const RunReport& r) {
                          ? ": the truncation of the method, expected a shorter step or a method of "
                            "higher order"
                          : ": the truncation of the method",
-       .what_to_do = recorded || kinks
-                         ? ""
-                         : ": does it with a shorter step (porthos compare)? Do the slopes of "
-                           "energies of your own agree with them (porthos verify)?",
+       .what_to_do = recorded || kinks ? "" : what_to_do(r),
        .of_jump = recorded ? "" : ": the motion is not resolved there",
        .unequal = std::ranges::any_of(r.notes,
                                       [](const auto& n) { return n.starts_with(unequal_rows); })});

@@ -119,8 +119,9 @@ struct RunReport {
   bool interrupted = false;
   phs::State final_state;  ///< the last good one; relative to Assembly::centre if there is one
   std::vector<double>
-      held;         ///< memory of the sampled controllers there, in the order of Model::holds()
-  Named delivered;  ///< the most net energy each controller has given until any time [J]
+      held;  ///< memory of the sampled controllers there, in the order of Model::holds()
+  bool own_slopes = false;  ///< energies may have slopes of the user's own: a model of theirs
+  Named delivered;          ///< the most net energy each controller has given until any time [J]
   /// fail: the run did not reach its end, or a check does not hold. not_judged: none of the checks
   /// could have detected a wrong motion, or one is undecided.
   Verdict verdict() const;

@@ -73,6 +73,7 @@ RunReport WatchedRun::report() const {
   else
     r.until = until_;
   r.held = integrator_->sampler().memory();
+  r.own_slopes = !assembly_.mechanical;  // a model of the user's own
   return r;
 }
 

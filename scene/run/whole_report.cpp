@@ -59,6 +59,7 @@ void WholeReport::add(const RunReport& p, double from) {
   notes_.add(r_, p, from);
   r_.outcome = p.outcome;
   r_.interrupted = p.interrupted;
+  r_.own_slopes |= p.own_slopes;
   r_.trouble = p.trouble;
   if (p.space && r_.space)
     space::append(*r_.space, *p.space);

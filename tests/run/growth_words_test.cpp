@@ -37,12 +37,17 @@ TEST(GrowthWords, OfEachKindOfError) {
   EXPECT_TRUE(words(failing).ends_with(
       "the truncation of the method, expected a shorter step or a method of higher order"));
   // The same exponent of an error that is no rounding is none of it.
-  EXPECT_EQ(
-      words(run(1e-9, 0.48)),
-      "grows like a random walk, √t (growth exponent 0.48), by more than rounding: does it with "
-      "a shorter step (porthos compare)? Do the slopes of energies of your own agree with them "
-      "(porthos "
-      "verify)?");
+  EXPECT_EQ(words(run(1e-9, 0.48)),
+            "grows like a random walk, √t (growth exponent 0.48), by more than rounding: does it "
+            "with a shorter step (porthos compare)?");
+  auto own = run(1e-9, 0.48);
+  own.own_slopes = true;
+  EXPECT_TRUE(
+      words(own).ends_with("(porthos compare)? Do the slopes of energies of your own agree with "
+                           "them (porthos verify)?"));
+  own.method = "rk4";
+  EXPECT_TRUE(words(own).ends_with(
+      ", by more than rounding: rk4 is not symplectic and does not keep the energy"));
   EXPECT_EQ(words(run(1e-6, 0.97, 1e-9)),
             "drifts, like t or faster (growth exponent 0.97), by 1e-09 per s");
   EXPECT_EQ(words(run(1e-6, 0.97)),
