@@ -1842,7 +1842,7 @@ def add_method(name: str, step: Callable[..., Any], *, order: int, title: str = 
 
 def check_method(method: str, model: Model, start: Any, *, step: float) -> ClaimReport:
     """Measures what a method claims, one of your own too, on a model from a start: order, symmetry, symplecticity by the exact
-    derivative of two steps, quadratic invariants, energy. step [s]: as long as runs have, for the defects of a false claim shrink
+    derivative of two steps, quadratic invariants, energy, of systems with losses or sources the balance. step [s]: as long as runs have, for the defects of a false claim shrink
     with it. A claim that holds here need not hold on every system.
     """
     ...
@@ -1882,7 +1882,7 @@ def compare_methods(scene: SceneData, assembly: Assembly, methods: list[str], bu
     ...
 
 def error_statistics(errors: list[float], *, scale: float = 1.0) -> dict:
-    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0 bounded or constant, 0.5 random walk, 1 drift or faster; nan where a level of increments is missing, as for less than 32 records, or swings are too few), drift_is_significant (beyond five standard errors of a random walk), swing_growth (how many times larger the scatter is in the last part than in the first, if it rises from part to part, else 1) and words (what follows "the error" in the verdict of a run, a drift per record). scale: what the errors are relative to, in the words alone; they compare the error with rounding."""
+    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0 bounded or constant, 0.5 random walk, 1 drift or faster; nan where a level of increments is missing, as for less than 32 records, swings are too few, or it jumps within a record, which the words tell), drift_is_significant (beyond five standard errors of a random walk), swing_growth (how many times larger the scatter is in the last part than in the first, if it rises from part to part, else 1) and words (what follows "the error" in the verdict of a run, a drift per record). scale: what the errors are relative to, in the words alone; they compare the error with rounding."""
     ...
 
 def moved_in(folder: os.PathLike) -> tuple:
