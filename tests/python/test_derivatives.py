@@ -149,7 +149,7 @@ def test_a_step_control_keeps_the_steps_of_its_run(source, tmp_path):
     path.write_text(text.replace("step = 0.5", 'step = 0.5\nstep_control = "reversible"\nstep_control_rate = 0.1'))
     cost = lambda t, x: (x[6], np.eye(26)[6])  # noqa: E731
     g, plain = (ph.Scene(p, duration=10).gradient(end=cost) for p in (path, folder / "scene.toml"))
-    assert g.steps_taken > plain.steps_taken and g.cost != plain.cost
+    assert g.steps_taken > plain.steps_taken and not np.array_equal(g.start, plain.start)
     assert np.allclose(g.start, plain.start, rtol=0, atol=1e-9 * np.abs(g.start).max())
     s = ph.Scene(path, duration=10).sensitivity("base.position.x")
     assert any("the steps are those of the run" in note for note in s.notes)
