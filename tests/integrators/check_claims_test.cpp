@@ -82,6 +82,21 @@ TEST(CheckClaims, FalseOnesAreTold) {
   EXPECT_EQ(report("liar", problem(0)).text().find("FAILS"), std::string::npos);
 }
 
+/// What h does not show, 6 h may; where no step does, it is told. Control: the step of the problem.
+TEST(CheckClaims, AShortStepProvesNothing) {
+  add_liar("liar", [](Declaration& d) { d.symmetric = d.symplectic = Claim::holds; });
+  const auto& p = problem(2);
+  const double short_step = 0.02, far_too_short = 2e-4;
+  EXPECT_LT(symmetry_defect("liar", *p.model, p.start, short_step), 1e-10);
+  const auto some = check_claims("liar", *p.model, p.start.x, short_step),
+             none = check_claims("liar", *p.model, p.start.x, far_too_short);
+  for (const char* claim : {"symmetric", "symplectic"}) {
+    EXPECT_FALSE(of(some, claim).holds()) << some.text();
+    EXPECT_FALSE(of(report("liar", p), claim).holds()) << "control";
+    EXPECT_EQ(of(none, claim).why_not, "the step is too short to tell") << none.text();
+  }
+}
+
 /// Steps that are far too long show nothing, and no claim holds by that.
 TEST(CheckClaims, StepsThatBreakDownProveNothing) {
   add_liar("liar", [](Declaration& d) {
