@@ -56,9 +56,21 @@ class PythonMethod final : public BasicIntegrator<T> {
  private:
   /// Sets move_.
   void call(T t, T h, std::span<const T> x) {
-    from_python<T>(py::handle(step_.get())(py::handle(called_.get()), to_python(t),
-                                           read_only(to_python(x)), to_python(h)),
-                   move_, who_);
+    py::object moved;
+    try {
+      moved = py::handle(step_.get())(py::handle(called_.get()), to_python(t),
+                                      read_only(to_python(x)), to_python(h));
+    } catch (py::error_already_set& e) {
+      tell_place(e, phs::to_double(t));
+      throw;
+    }
+    from_python<T>(moved, move_, who_);
+  }
+  /// An exception of the method gets its name, the time and the line.
+  void tell_place(py::error_already_set& e, double t) const {
+    if (!e.matches(PyExc_Exception)) return;  // as KeyboardInterrupt
+    if (e.trace()) PyException_SetTraceback(e.value().ptr(), e.trace().ptr());
+    py::module_::import("porthos.arguments").attr("tell_place")(e.value(), who_, t);
   }
 
   /// A change goes to 0 with h, as h f(x) does; what goes to x is the new state in its place.

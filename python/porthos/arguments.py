@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import os
 import re
+import traceback
 from typing import Any, List, NamedTuple, Optional
 
 _words = {"str": "a text", "int": "a whole number", "float": "a number", "bool": "True or False", "None": "None", "function": "a function",
@@ -40,6 +42,17 @@ def sentence(function: str, text: str, arguments: tuple, keywords: dict) -> str:
     told, _ = fewest[0]
     wanted = list(dict.fromkeys(f[0][1] for f in same))
     return f"{function}(): {told}, expected {' or '.join(wanted)}"
+
+
+def tell_place(error: Exception, who: str, t: float) -> None:
+    """Adds to the text of an error whose code it was, the time, and the last line outside of this package."""
+    here = os.path.dirname(__file__) + os.sep
+    lines = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(here)][-1:]
+    where = f"{who} at t = {t:.6g} s" + "".join(f", {os.path.basename(f.filename)}:{f.lineno}" for f in lines)
+    if len(error.args) == 1 and isinstance(error.args[0], str):
+        error.args = (f"{error.args[0]} ({where})",)
+    elif hasattr(error, "add_note"):  # Python 3.11
+        error.add_note(where)
 
 
 def _faults(parameters: List[_Parameter], arguments: tuple, keywords: dict) -> list:

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import porthos as ph
 import pytest
-from porthos import _core, energy_shaping, vsa
+from porthos import _core, arguments, energy_shaping, vsa
 
 SENTENCES = [
     (lambda: vsa.make_elastic(3), "make_elastic(): 'family' is int 3, expected a text"),
@@ -46,6 +46,21 @@ def test_a_law_in_python_that_calls_one_without_derivatives():
     assert len(run(0.01).x) > 1
     with pytest.raises(TypeError, match=r"^law\(\): 'x' is missing"):
         loop.law(0)
+
+
+def test_an_error_of_a_method_has_its_place():
+    def step():
+        return 1 / 0
+
+    with pytest.raises(ZeroDivisionError) as caught:
+        step()
+    _, error, _ = caught._excinfo
+    line = step.__code__.co_firstlineno + 1
+    arguments.tell_place(error, "method 'mine'", 0.25)
+    assert str(error) == f"division by zero (method 'mine' at t = 0.25 s, test_arguments.py:{line})"
+    two = OSError(2, "no file")  # control: of several arguments the text stays
+    arguments.tell_place(two, "method 'mine'", 0.25)
+    assert str(two) == "[Errno 2] no file" and two.__notes__ == ["method 'mine' at t = 0.25 s"]
 
 
 @pytest.mark.parametrize("call, sentence", SENTENCES, ids=[s for _, s in SENTENCES])
