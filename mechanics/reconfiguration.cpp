@@ -51,15 +51,21 @@ std::array<Closing, 3> closing(const Latch& l, const Instant& now) {
            {"relative rate", "rad/s", w_LB_W, l.rate}}};
 }
 
+/// All limits that are exceeded; of a single one the direction too.
 std::string beyond(const Latch& l, const Instant& now) {
-  for (const Closing& c : closing(l, now))
-    if (!(c.value <= c.limit))
-      return std::string("the ") + c.what + " is " + text(c.value) + " " + c.unit +
-             ", expected at most " + text(c.limit) + " " + c.unit +
-             ", the limit of the latch; from link to body it is (" + text(double(c.of[0])) + ", " +
-             text(double(c.of[1])) + ", " + text(double(c.of[2])) + ") " + c.unit +
-             " along the world's axes";
-  return "";
+  std::string all, direction;
+  for (const Closing& c : closing(l, now)) {
+    if (c.value <= c.limit) continue;
+    direction = all.empty() ? "; from link to body it is (" + text(double(c.of[0])) + ", " +
+                                  text(double(c.of[1])) + ", " + text(double(c.of[2])) + ") " +
+                                  c.unit + " along the world's axes"
+                            : "";
+    all += std::string(all.empty() ? "the " : "; the ") + c.what + " is " + text(c.value) + " " +
+           c.unit + ", expected at most " + text(c.limit) + " " + c.unit;
+  }
+  if (all.empty()) return "";
+  return all + (direction.empty() ? ", the limits of the latch" : ", the limit of the latch") +
+         direction;
 }
 
 void check(const Latch& l, const Instant& now, const std::string& event) {

@@ -100,10 +100,10 @@ Impact capture(MovingMechanism& moving, const Latch& latch);
 /// is continuous in the state and negative beyond a limit.
 /// @throws InvalidArgument for unknown names
 double margin(const MovingMechanism& moving, const phs::State& state, const Latch& latch);
-/// The first limit that is exceeded, with the numbers; empty: none.
+/// The limits that are exceeded, with the numbers; empty: none.
 std::string beyond_limits(const MovingMechanism& moving, const Latch& latch);
-/// @throws InvalidArgument beginning with `event` and naming the limit that is exceeded, with the
-/// numbers
+/// @throws InvalidArgument beginning with `event` and naming the limits that are exceeded, with
+/// the numbers
 void require_within_limits(const MovingMechanism& moving, const Latch& latch,
                            const std::string& event);
 /// Closes a loop, rod or coupling as the mechanism stands: frame b of a loop is placed on a, a rod

@@ -392,6 +392,13 @@ TEST(Reconfiguration, WhatCannotBeIsRefusedAndNothingChanges) {
               capture(m, {.body = "target", .link = hand, .speed = 0.1});
             }).find("the relative speed is 0.5 m/s, expected at most 0.1 m/s"),
             std::string::npos);
+  const auto both =
+      refusal([&] { capture(m, {.body = "target", .link = hand, .reach = 0.1, .speed = 0.1}); });
+  EXPECT_NE(both.find("m, expected at most 0.1 m; the relative speed is 0.5 m/s, expected at most "
+                      "0.1 m/s, the limits of the latch"),
+            std::string::npos)
+      << both;
+  EXPECT_LE(both.size(), 220u);
   EXPECT_NE(refusal([&] {
               capture(m, {.body = "tarket", .link = hand});
             }).find("there is no body 'tarket', expected one of"),
