@@ -60,9 +60,9 @@ std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport&
     if (!stop.is_requirement()) continue;
     const std::string name = scene::name_of_check(stop);
     const auto open = cases_of(name, r.not_judged_checks);
-    text += fmt::format("{}: does not hold in {} of {} cases{}\n", name,
-                        cases_of(name, r.failed_checks), r.cases,
-                        open > 0 ? fmt::format("; not judged: {} cases", open) : "");
+    text += fmt::format(
+        "{}: does not hold in {} of {} cases{}{}\n", name, cases_of(name, r.failed_checks), r.cases,
+        open > 0 ? fmt::format("; not judged: {} cases", open) : "", scene::worst_text(r, name));
   }
   for (const auto& [check, count] : r.failed_checks)
     failed.push_back(fmt::format("{} {}", check, count));

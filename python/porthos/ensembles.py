@@ -41,12 +41,19 @@ class EnsembleResult(Judged):
         """The cases that did not pass, or are not judged."""
         return np.flatnonzero(self["passed"] != 1)
 
-    def worst(self, name: str = "energy_error", count: int = 1) -> np.ndarray:
-        """The cases with the largest numbers of a dataset with one number a case, or of an output at its end, the largest first."""
-        v = self[name] if name in self.names else self.outputs()[name]
+    def worst(self, name: str = "energy_error", count: int = 1, which: str | None = None) -> np.ndarray:
+        """The cases with the largest numbers of a dataset with one number a case, or of an output, the largest first.
+
+        which: of an output its number at the "end" (unless given), the "largest" at the records, or the "least", of which the smallest
+        come first.
+        """
+        v = self[name] if which is None and name in self.names else self.outputs(which or "end").get(name)
+        if v is None:
+            raise InvalidArgument(f"{self._it_has_no} output '{name}', expected one of: {', '.join(self.outputs())}")
         if v.ndim > 1:
             raise InvalidArgument(f"'{name}' has {v.shape[1]} numbers a case, expected a name with one")
-        order = np.argsort(np.where(np.isnan(v), -np.inf, v), kind="stable")[::-1]
+        sign = -1 if which == "least" else 1
+        order = np.argsort(np.where(np.isnan(v), -np.inf, sign * v), kind="stable")[::-1]
         return order[:count]
 
     @property

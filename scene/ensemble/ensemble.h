@@ -134,6 +134,14 @@ struct OutputSpread {
   Spread end, least, largest;
 };
 
+/// The number that is furthest on the wrong side of a requirement, at the records of the cases.
+struct RequirementWorst {
+  std::string check, output;  ///< "stop.too fast", the number it limits
+  bool above = true;          ///< the worst is the largest; else the least
+  double value = 0;
+  std::int64_t of_case = -1;
+};
+
 /// How the cases of an ensemble ended.
 struct EnsembleReport {
   std::int64_t cases = 0, done = 0, passed = 0;
@@ -147,6 +155,7 @@ struct EnsembleReport {
   Spread energy, linear, angular;   ///< of the others: relative errors, maxima over the run
   std::vector<EventSpread> events;  ///< in the order of the scene, over all cases
   std::vector<OutputSpread> outputs;
+  std::vector<RequirementWorst> requirements;  ///< without those that begin after the start
   std::vector<std::int64_t> stopped;           ///< cases that each stop ended
   std::vector<std::int64_t> not_passed;        ///< the first ten
   bool interrupted = false, complete = false;  ///< complete: the results are written
@@ -160,6 +169,9 @@ struct EnsembleReport {
                                           : Verdict::fail;
   }
 };
+
+/// "; the largest tip_speed at the records is 0.52, in case 17", of a check; "": not known.
+std::string worst_text(const EnsembleReport& report, const std::string& check);
 
 /// Selects which cases are run, where, and how.
 struct EnsembleOptions {

@@ -10,6 +10,7 @@
 #include "scene/ensemble/ensemble_plot.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_file.h"
+#include "scene/run/stop_values.h"
 
 namespace porthos::scene {
 namespace {
@@ -157,6 +158,24 @@ Spread spread_of(const std::vector<std::pair<double, std::int64_t>>& unsorted) {
   return s;
 }
 
+/// outputs: at the end, the least and the largest, of all numbers each.
+std::vector<RequirementWorst> worst_of(
+    const Scene& scene, const std::vector<std::vector<std::pair<double, std::int64_t>>>& outputs) {
+  std::vector<RequirementWorst> all;
+  const auto numbers = number_names(scene.outputs);
+  for (const Stop& stop : scene.stops) {
+    const auto at = size_t(std::ranges::find(numbers, stop.output) - numbers.begin());
+    if (!stop.is_requirement() || stop.after > 0 || at == numbers.size()) continue;
+    const auto& values = outputs[at + (stop.above ? 2 : 1) * numbers.size()];
+    if (values.empty()) continue;
+    const auto [least, largest] =
+        std::ranges::minmax_element(values, {}, &std::pair<double, std::int64_t>::first);
+    const auto& worst = stop.above ? *largest : *least;
+    all.push_back({name_of_check(stop), stop.output, stop.above, worst.first, worst.second});
+  }
+  return all;
+}
+
 /// The report over the cases of a store.
 EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
   EnsembleReport r;
@@ -205,6 +224,7 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
   const auto names = event_names(e.scene());
   for (size_t k = 0; k < l.events; ++k)
     r.events.push_back({names[k], std::int64_t(times[k].size()), spread_of(times[k])});
+  r.requirements = worst_of(e.scene(), outputs);
   const auto numbers = number_names(e.scene().outputs);
   for (size_t k = 0; k < l.outputs; ++k)
     r.outputs.push_back({numbers[k], spread_of(outputs[k]), spread_of(outputs[l.outputs + k]),
@@ -221,6 +241,13 @@ Json json_of(const Spread& s) {
 }
 
 }  // namespace
+
+std::string worst_text(const EnsembleReport& r, const std::string& check) {
+  const auto at = std::ranges::find(r.requirements, check, &RequirementWorst::check);
+  if (at == r.requirements.end()) return "";
+  return fmt::format("; the {} {} at the records is {:.4g}, in case {}",
+                     at->above ? "largest" : "least", at->output, at->value, at->of_case);
+}
 
 std::string ensemble_json(const Ensemble& e, const CaseStore& store, const EnsembleReport& r) {
   const CaseLayout& l = e.layout();
@@ -258,7 +285,13 @@ std::string ensemble_json(const Ensemble& e, const CaseStore& store, const Ensem
   for (const OutputSpread& o : r.outputs)
     j["outputs"][o.name] = {
         {"end", json_of(o.end)}, {"least", json_of(o.least)}, {"largest", json_of(o.largest)}};
-  for (size_t k = 0; k < l.stops; ++k) j["stopped"][e.scene().stops[k].name] = r.stopped[k];
+  for (const RequirementWorst& w : r.requirements)
+    j["requirements"][w.check] = {{"output", w.output},
+                                  {"is", w.above ? "largest" : "least"},
+                                  {"value", w.value},
+                                  {"case", w.of_case}};
+  for (size_t k = 0; k < l.stops; ++k)
+    if (const Stop& stop = e.scene().stops[k]; stop.ends) j["stopped"][stop.name] = r.stopped[k];
   Json not_passed = Json::array();
   std::vector<double> row(l.size());
   const auto names = e.cases().column_names();

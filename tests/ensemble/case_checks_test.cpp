@@ -1,6 +1,8 @@
 // The failed checks of each case: in its row, in ensemble.h5, in ensemble.json and for the page.
 #include "scene/ensemble/case_checks.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -114,6 +116,22 @@ TEST(CaseChecks, OfStopsThatJudge) {
   ASSERT_EQ(r.failed_checks.size(), 1u);
   EXPECT_EQ(r.stopped[0], 0);
   EXPECT_EQ(ended.stopped[0], r.failed_checks[0].second) << "control";
+  double largest = -HUGE_VAL, of = -1;
+  for (const auto& row : rows_of(e))
+    if (const double v = row[e.layout().output_largest() + 1]; v > largest) {
+      largest = v;
+      of = row[e.layout().index];
+    }
+  ASSERT_EQ(r.requirements.size(), 1u);
+  EXPECT_EQ(r.requirements[0].value, largest);
+  EXPECT_EQ(r.requirements[0].of_case, scene::integer(of));
+  EXPECT_EQ(scene::worst_text(r, "stop.too fast"),
+            fmt::format("; the largest {} at the records is {:.4g}, in case {}",
+                        e.scene().stops[0].output, largest, scene::integer(of)));
+  EXPECT_EQ(scene::worst_text(r, "stop.other"), "") << "control";
+  const auto json = nlohmann::json::parse(read_bytes(folder / "out/ensemble.json"));
+  EXPECT_EQ(json["requirements"]["stop.too fast"]["value"], largest);
+  EXPECT_FALSE(json.contains("stopped")) << "it ends nothing";
   for (const auto& row : rows_of(e)) EXPECT_EQ(row[e.layout().end_time()], 1);
 }
 

@@ -43,6 +43,9 @@ def test_runs_and_opens(ensemble):
     assert e.events == {} and e.final["shoulder"].shape == (12,)
     assert e.worst()[0] == e.summary["energy_error"]["case_of_max"] == np.argmax(e["energy_error"])
     assert e.worst("motion", 3)[0] == np.argmax(e.outputs()["motion"]) and len(e.worst("motion", 3)) == 3
+    assert e.worst("motion", which="largest")[0] == np.argmax(e.outputs("largest")["motion"])
+    assert e.worst("motion", which="least")[0] == np.argmin(e.outputs("least")["motion"])
+    refused(lambda: e.worst("nothing", which="least"), "the ensemble has no output 'nothing'")
     assert "12 of 12 cases passed" in str(e) and "pass" in repr(e) and "<table>" in e._repr_html_()
     with pytest.raises(KeyError, match="has no 'nothing', it has .*energy_error"):
         e["nothing"]

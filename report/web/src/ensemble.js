@@ -24,10 +24,11 @@ export function verdict(d) {
   const checks = Object.entries(e.failed_checks || {}).map(([name, n]) => h("li", {}, `${grouped(n)} cases: ${checkName(name)} did not hold`));
   const notJudged = Object.entries(e.not_judged_checks || {}).map(([name, n]) => h("li", {}, `${grouped(n)} cases: ${checkName(name)} was not judged`));
   const stopped = Object.entries(e.stopped || {}).map(([name, n]) => h("li", {}, `${grouped(n)} cases ended by the stop ${name}`));
+  const requirements = Object.entries(e.requirements || {}).map(([name, w]) => h("li", {}, `${checkName(name)}: the ${w.is} ${w.output} at the records is ${number(w.value)}, in case `, caseLink(w.case)));
   return section("verdict", "Verdict",
     h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : open ? "open" : "fail"}` }, pass ? "Pass" : open ? "Not judged" : "Fail"), h("p", {}, `${words}.`)),
     card(table(["Relative error", "median", "95 % below", "largest", "limit", "its case"], rows, ["", "n", "n", "n", "n", "n"])),
-    failures.length || checks.length || notJudged.length || stopped.length ? card(h("ul", { class: "notes" }, failures, checks, notJudged, stopped)) : "");
+    failures.length || checks.length || notJudged.length || requirements.length || stopped.length ? card(h("ul", { class: "notes" }, failures, checks, notJudged, requirements, stopped)) : "");
 }
 
 const chosen = { listeners: [], case: null };
