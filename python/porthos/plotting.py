@@ -419,7 +419,8 @@ def _ensemble(e: EnsembleResult, what: str | None, axes: "Axes | None") -> "Figu
 def plot(result: Result | EnsembleResult | PathLike, path: PathLike | None = None, what: str | None = None, axes: "Axes | None" = None, label: str | None = None, legend: bool = True) -> Any:
     """Draws a result, or the one in a folder. path: a .png, .svg or .pdf file; None: plot.png in the folder of the run, or for a
     run in memory the Figure alone, which is returned in any case. Phases of a scene with events have a picture each, but for their
-    motion, which is in one. Of an ensemble: histograms over its cases, what: one number by its name.
+    motion, which is in one. Of an ensemble: histograms over its cases, what: one number by its name; those that are the same in every case are named
+    in the title.
 
     what: "motion", "states" or one panel, see panel(); then a file is written only if path names one. axes: matplotlib axes to draw it in, where
     several runs may be, each by its label. legend=False: without the names of lines. The title is the ordinary one, which axes.set_title("mine")

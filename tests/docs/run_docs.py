@@ -8,7 +8,9 @@ What a block is for stands behind its language, where no reader sees it:
     cpp check              compiles
     cpp part               goes before the next `cpp run` or `cpp check` of the page
     cpp run                compiles with the parts before it, links, runs and returns 0
-    text printed           each of its lines is printed by the command before it; numbers that differ are let pass
+    text printed           each of its lines is printed by the command before it, with these numbers, to 1e-6; those with an exponent within a
+                           factor of 3, and rounding errors, which differ between instruction sets, within one of 10
+    toml of=scene.toml     each of its lines is one of that file of the tree, but for comments and spaces
 
 A page runs in a folder of its own, where `porthos` is the command of BUILD and examples/ and docs/ are those of the tree.
 Blocks without such a word are not looked at; --list counts them. --self-test shows that each kind can fail.
@@ -22,7 +24,8 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-NUMBER = re.compile(r"[-+]?(?:\d[\d ]*\d|\d)(?:\.\d+)?(?:e[-+]?\d+)?|\bnan\b|\binf\b")
+NUMBER = re.compile(r"[-+]?(?:\d{1,3}(?: \d{3})+(?!\d)|\d+)(?:\.\d+)?(?:e[-+]?\d+)?|\bnan\b|\binf\b")
+ROUNDING = 1e-12
 FENCE = re.compile(r"^```(\w+)[ \t]*([^\n]*)\n(.*?)^```$", re.M | re.S)
 
 
@@ -35,8 +38,27 @@ def line_of(text, position):
 
 
 def shape(line):
-    """A line without its numbers and spacing: digits differ between machines, words do not."""
+    """A line without its numbers and spacing."""
     return " ".join(NUMBER.sub("#", line).split())
+
+
+def same(stated, printed):
+    """Whether two numbers are the same, as far as they have to be."""
+    a, b = (float(x.replace(" ", "")) for x in (stated, printed))
+    if stated == printed or abs(a - b) <= 1e-6 * max(abs(a), abs(b)):
+        return True
+    factor = 10 if max(abs(a), abs(b)) < ROUNDING else 3
+    return ("e" in stated or "e" in printed) and a * b > 0 and 1 / factor < a / b < factor
+
+
+def agree(stated, printed):
+    """Whether a line of a page is one that was printed."""
+    return shape(stated) == shape(printed) and all(map(same, NUMBER.findall(stated), NUMBER.findall(printed)))
+
+
+def entry(line):
+    """A line of TOML without its comment and spaces; "": there is nothing else."""
+    return " ".join(re.sub(r"(^|\s)#.*", "", line).split())
 
 
 class Page:
@@ -76,6 +98,11 @@ class Page:
         file = re.search(r"\bfile=(\S+)", words)
         if file:
             (self.folder / file[1]).write_text(text)
+        elif of := re.search(r"\bof=(\S+)", words):
+            known = set(map(entry, (ROOT / of[1]).read_text().splitlines())) | {""}
+            for line in text.splitlines():
+                if entry(line) not in known:
+                    raise Wrong(f"'{line}' is no line of {of[1]}")
         elif language == "console":
             self.console(text)
         elif language == "cpp" and "part" in words:
@@ -83,9 +110,8 @@ class Page:
         elif language == "cpp" and words in ("run", "check"):
             self.cpp(text, words == "run")
         elif language == "text" and "printed" in words:
-            printed = {shape(l) for l in self.printed.splitlines()}
             for line in text.splitlines():
-                if shape(line) and shape(line) != "..." and shape(line) not in printed:
+                if line.strip() not in ("", "...") and not any(agree(line, l) for l in self.printed.splitlines()):
                     raise Wrong(f"'{line}' was not printed by the command before; this was:\n{self.printed}")
         else:
             return False
@@ -119,6 +145,10 @@ def flags(build):
     return [os.environ.get("CXX", "c++"), "-std=c++20", *cflags, f"-I{ROOT}"], [*archives, *rest]
 
 
+WRONG = [("1.25", "1.26"), ("16", "17"), ("2e-07", "7e-07"), ("2e-07", "-2e-07"), ("1e-15", "2e-14"), ("10 000", "20 000"), ("0", "1e-3"), ("8  9.5", "8  9.4"), ("1.00001", "1.00002")]
+RIGHT = [("1.25", "1.250"), ("1.00000001", "1.00000002"), ("2e-07", "5e-07"), ("1e-15", "7e-15"), ("10 000", "10 000"), ("nan", "nan"), ("8  9.5", "8 9.5")]
+
+
 def self_test(build, compiler):
     wrong = {
         "a command that fails": "```console\n$ porthos run nothing.toml\n```\n",
@@ -126,7 +156,13 @@ def self_test(build, compiler):
         "a program that does not compile": "```cpp check\nint main() { return x; }\n```\n",
         "a program that fails": "```cpp run\nint main() { return 1; }\n```\n",
         "an output that is not printed": "```console\n$ echo one 1\n```\n```text printed\ntwo 2\n```\n",
+        **{f"{a} printed as {b}": f"```console\n$ echo value {b} m\n```\n```text printed\nvalue {a} m\n```\n" for a, b in WRONG},
+        "a line of no scene": "```toml of=examples/ets_vii_orbit/scene.toml\n[orbit]\naltitude = 560e3\n```\n",
     }
+    right = [f"```console\n$ echo value {b} m\n```\n```text printed\nvalue   {a}   m\n```\n" for a, b in RIGHT]
+    right += ["```toml of=examples/ets_vii_orbit/scene.toml\n[orbit]   # a circle\n\naltitude   = 550e3\n```\n"]
+    for text in right:
+        run_page(build, Path("self-test"), compiler, text)
     for what, text in wrong.items():
         try:
             run_page(build, Path("self-test"), compiler, text)
