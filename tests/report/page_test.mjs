@@ -398,6 +398,17 @@ console.log("playback");
   expect(banner === "false,true,false,false", `the banner of an event before it, after 2.5 s, after 3.5 s, at rest: ${banner}`);
   await capture.tab.close();
 
+  // Software draws shadows where time does not matter: porthos film opens #still.
+  const shade = [];
+  for (const hash of ["#still", ""]) {
+    const tab = await browser.newPage();
+    await tab.goto(`${page("capture")}${hash}`);
+    await tab.waitForFunction(() => window.porthos?.stage, null, { timeout: 60000 });
+    shade.push(await tab.evaluate(() => { const s = porthos.stage; return s.renderer.shadowMap.enabled && s.sun.castShadow; }));
+    await tab.close();
+  }
+  expect(shade.join() === "true,false", `shadows in films by software: ${shade[0]}; control, in the page that plays: ${shade[1]}`);
+
   const orbit = await open("orbit");
   const view = await orbit.tab.evaluate(async () => { const s = porthos.stage; s.set("view", "orbit"); s.seek(1000); const a = s.craft.position.toArray(); s.seek(2500); return { a, b: s.craft.position.toArray(), line: s.orbitLine.geometry.attributes.position.count, altitude: s.altitude }; });
   expect(far(view.a, view.b) > 0.1 && view.line > 100 && Math.abs(view.altitude - 550e3) < 20e3, `orbit view: moved ${far(view.a, view.b).toFixed(2)} radii, altitude ${(view.altitude / 1000).toFixed(1)} km`);
