@@ -162,8 +162,8 @@ std::string actuators_markdown() {
       "\n## Devices\n`device = \"...\"`. Where each number comes from:\n\n"
       "* **published**: read in the source that is named.  **derived**: computed from such numbers "
       "by the model.\n"
-      "* **from memory, unverified**: as remembered from the literature. Check it before you use "
-      "it.\n"
+      "* **from memory, unverified**: as remembered from the literature; unverified: do not use "
+      "in design.\n"
       "* **chosen here**: no published number is known to us; a value to run the model with.\n";
   for (const auto& d : vsa::devices()) {
     text += fmt::format("\n### {}\n", d.title);

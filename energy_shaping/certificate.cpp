@@ -35,9 +35,15 @@ bool stands_open(const CertificateItem& i) {
   return i.finding == Finding::fails || i.finding == Finding::not_judged;
 }
 
+/// Without the sign that a NaN may have.
+double unsigned_nan(double x) {
+  return std::isnan(x) ? std::numeric_limits<double>::quiet_NaN() : x;
+}
+
 std::string list(std::span<const double> numbers) {
   std::string s;
-  for (const double x : numbers) s += fmt::format("{}{:.5g}", s.empty() ? "" : ", ", x);
+  for (const double x : numbers)
+    s += fmt::format("{}{:.5g}", s.empty() ? "" : ", ", unsigned_nan(x));
   return fmt::format("({})", s);
 }
 
@@ -47,7 +53,7 @@ std::string place(const std::vector<double>& at, const std::vector<std::string>&
     return list(at);
   std::string s;
   for (size_t i = 0; i < names.size(); ++i)
-    s += fmt::format("{}{} {:.5g}", i == 0 ? "" : ", ", names[i], at[i]);
+    s += fmt::format("{}{} {:.5g}", i == 0 ? "" : ", ", names[i], unsigned_nan(at[i]));
   if (at.size() > names.size()) s += ", momenta " + list(std::span(at).subspan(names.size()));
   return s;
 }
@@ -146,7 +152,7 @@ std::string Certificate::about(const CertificateItem& i) const {
 std::string Certificate::text() const {
   std::string s = fmt::format("certificate: {}\n", title_);
   for (const auto& i : items_) {
-    s += fmt::format("  {:<34} {:>13.6g} {:>12}  {:<6} {}", i.name, i.value,
+    s += fmt::format("  {:<34} {:>13.6g} {:>12}  {:<6} {}", i.name, unsigned_nan(i.value),
                      std::isnan(i.bound) ? "" : fmt::format("({:.3g})", i.bound), word(i.finding),
                      about(i));
     s += '\n';
@@ -166,7 +172,7 @@ std::string Certificate::html() const {
       holds() ? "all conditions hold" : "not certified: " + escaped(names_of_failures(*this)));
   for (const auto& i : items_) {
     s += fmt::format("<tr><td>{}</td><td>{:.6g}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-                     escaped(i.name), i.value,
+                     escaped(i.name), unsigned_nan(i.value),
                      std::isnan(i.bound) ? "" : fmt::format("{:.3g}", i.bound), word(i.finding),
                      escaped(about(i)));
   }

@@ -33,10 +33,15 @@ void refuse_failure(const Certificate& certificate) {
   const CertificateItem* i = certificate.failure();
   if (!i) return;
   const std::string what = remedy(*i);
-  throw InvalidArgument(
-      fmt::format("{}: {} fails: {:.4g}, expected {} {:.3g} ({}){}", certificate.title(), i->name,
-                  i->value, i->value > i->bound || std::isnan(i->value) ? "at most" : "at least",
-                  i->bound, certificate.about(*i), what.empty() ? "" : "; " + what));
+  const bool nan = std::isnan(i->value);
+  const std::string measured = fmt::format(
+      "{}, expected {} {:.3g} ({})", nan ? "nan" : fmt::format("{:.4g}", i->value),
+      nan || i->value > i->bound ? "at most" : "at least", i->bound, certificate.about(*i));
+  if (i->name == UnheldForce::condition)  // its remedy begins with the joint
+    throw InvalidArgument(
+        fmt::format("{}: {}; {}: {}", certificate.title(), what, i->name, measured));
+  throw InvalidArgument(fmt::format("{}: {} fails: {}{}", certificate.title(), i->name, measured,
+                                    what.empty() ? "" : "; " + what));
 }
 
 std::vector<std::string> coordinate_names(const phs::Description& plant) {

@@ -98,6 +98,7 @@ std::vector<std::string> coordinate_names(const phs::Description& plant);
 
 /// The largest of the forces wanted where no actuator is.
 struct UnheldForce {
+  static constexpr const char* condition = "force without actuator";
   double size = 0;
   std::string joint = {};
   /// True: it is the largest so far.
@@ -112,9 +113,9 @@ struct UnheldForce {
   void certify(Certificate& certificate, double scale, double bound, const std::string& what,
                const std::string& remedy, std::vector<double> at) const {
     const double part = size / scale;
-    certificate.at_most("force without actuator", part, bound,
-                        what + (part <= bound ? "" : "; at '" + joint + "': " + remedy),
-                        std::move(at));
+    certificate.at_most(condition, part, bound, what, std::move(at));
+    if (!(part <= bound))
+      certificate.help("joint '" + joint + "' needs a force no actuator provides: " + remedy);
   }
 };
 

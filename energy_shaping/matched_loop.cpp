@@ -15,6 +15,15 @@ namespace {
   throw InvalidArgument("energy shaping '" + design + "': " + why);
 }
 
+std::string number_text(double x) { return std::isnan(x) ? "nan" : fmt::format("{:g}", x); }
+
+void check_gains(const Shaping& s) {
+  for (const Gain& g : s.gains())
+    if (!std::isfinite(g.value))
+      refuse_design(s.name(), fmt::format("gain '{}' is {}, expected a finite number", g.name,
+                                          number_text(g.value)));
+}
+
 /// Checks a plant as far as its description allows.
 void check_description(const phs::Description& d, const Shaping& s, size_t actuators) {
   if (!d.traits.canonical || !d.traits.autonomous)
@@ -93,6 +102,7 @@ MatchedLoop::MatchedLoop(std::shared_ptr<const phs::Model> plant,
       shaping_(std::move(shaping)),
       options_(std::move(options)) {
   actuated_ = port_offsets(plant_->description(), actuated_ports);
+  check_gains(*shaping_);
   check_description(plant_->description(), *shaping_, actuated_.size());
   check_region(options_.region, *shaping_, rest_coordinates);
   description_ = describe(plant_->description(), *shaping_, actuated_);

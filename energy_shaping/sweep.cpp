@@ -48,7 +48,7 @@ class Runs {
     }
     const Pack8 rest = system_->hamiltonian(at_rest);
     const Pack8 first_energy = system_->hamiltonian(x_) - rest;
-    Pack8 peak(0.0), settling(0.0), travel(0.0), energy = first_energy;
+    Pack8 peak(0.0), settling(0.0), excursion(0.0), energy = first_energy;
     const auto steps = std::int64_t(std::llround(o_.duration / o_.step));
     for (std::int64_t s = 0; s < steps; ++s) {
       inputs(peak);
@@ -57,16 +57,16 @@ class Runs {
       const auto unsettled = !(energy <= Pack8(o_.settled) * first_energy);
       settling = select(unsettled, Pack8(double(s + 1) * o_.step), settling);
       for (size_t i = 0; i < n_ / 2; ++i)
-        travel = phs::max(travel, phs::abs(x_[i] - Pack8(loop_.rest()[i])));
+        excursion = phs::max(excursion, phs::abs(x_[i] - Pack8(loop_.rest()[i])));
     }
     for (size_t l = 0; l < lanes; ++l) {
       auto& r = results[first + l];
       const int lane = int(l);
       r.gains = gains[first + l];
-      r.left = energy[lane] / first_energy[lane];
-      r.finite = std::isfinite(r.left);
+      r.residual = energy[lane] / first_energy[lane];
+      r.finite = std::isfinite(r.residual);
       r.peak = peak[lane];
-      r.travel = travel[lane];
+      r.max_excursion = excursion[lane];
       r.settling =
           r.finite && settling[lane] < o_.duration - 0.5 * o_.step ? settling[lane] : HUGE_VAL;
     }

@@ -13,9 +13,9 @@ struct SweepResult {
   std::vector<double> gains;
   double settling =
       0;  ///< time after which H_d - H_d(rest) stays below `settled` of its start [s]; inf: never
-  double peak = 0;    ///< largest |u| [N m | N]
-  double left = 0;    ///< (H_d - H_d(rest)) / its start, at the end
-  double travel = 0;  ///< largest |q_i - q_i*|
+  double peak = 0;           ///< largest |u| [N m | N]
+  double residual = 0;       ///< (H_d - H_d(rest)) / its start, at the end
+  double max_excursion = 0;  ///< largest |q_i - q_i*|
   bool finite = true;
 };
 

@@ -1,4 +1,5 @@
 // Redundant arms, floating bases with wheels, moving targets, and tools for choosing gains.
+#include <fmt/format.h>
 #include <pybind11/stl.h>
 
 #include "energy_shaping/null_space.h"
@@ -189,14 +190,28 @@ The error energy H_e = e'^T M e' / 2 + e^T Kp e / 2 falls exactly by e'^T Kd e'.
   bind_control(tracking);
 }
 
+/// A number of a sweep's result under the name it had until version 0.2.
+auto renamed(const char* old, const char* now, double es::SweepResult::*number) {
+  return [=](const es::SweepResult& r) {
+    const std::string text = fmt::format("SweepResult.{} is now {}", old, now);
+    if (PyErr_WarnEx(PyExc_DeprecationWarning, text.c_str(), 1) != 0) throw py::error_already_set();
+    return r.*number;
+  };
+}
+
 void bind_sweep(py::module_& m) {
   py::class_<es::SweepResult>(m, "SweepResult", "One run of a sweep.")
       .def_readonly("gains", &es::SweepResult::gains)
       .def_readonly("settling", &es::SweepResult::settling,
                     "Time after which H_d stays below `settled` of its start [s]; inf: never.")
       .def_readonly("peak", &es::SweepResult::peak, "Largest |u| [N m | N].")
-      .def_readonly("left", &es::SweepResult::left, "Share of H_d that is left at the end.")
-      .def_readonly("travel", &es::SweepResult::travel, "Largest |q_i - q_i*|.")
+      .def_readonly("residual", &es::SweepResult::residual, "Share of H_d that is left at the end.")
+      .def_readonly("max_excursion", &es::SweepResult::max_excursion, "Largest |q_i - q_i*|.")
+      .def_property_readonly("left", renamed("left", "residual", &es::SweepResult::residual),
+                             "Deprecated: residual.")
+      .def_property_readonly("travel",
+                             renamed("travel", "max_excursion", &es::SweepResult::max_excursion),
+                             "Deprecated: max_excursion.")
       .def_readonly("finite", &es::SweepResult::finite);
   m.def(
       "sweep",

@@ -55,7 +55,7 @@ const std::vector<Refusal>& refusals() {
        "the jump on the wrong side, and without a ledger of its own its impulse is not known to "
        "rounding."},
       {controls,
-       {"radau15", "rival, cvode_adams", "auto", "time stepping"},
+       {"radau15", "reference solver, cvode_adams", "auto", "time stepping"},
        "The method chooses the steps itself, or a step of one size is what is chosen."},
       {{"steps reversible"},
        {"rk4", "tao4"},
@@ -65,11 +65,11 @@ const std::vector<Refusal>& refusals() {
        "The Kepler flow, the kicks and the internal motion of a step share its size, and the size "
        "goes by the joint rates: "
        "varying kicks are not symplectic, and their error would not cancel along the orbit."},
-      {{"rival, cvode_adams"},
+      {{"reference solver, cvode_adams"},
        {"resume"},
        "What a multistep method knows of its last steps stays inside the library."},
       {{"force of pieces"},
-       controls + Names{"auto", "compare", "radau15", "rival, cvode_adams"},
+       controls + Names{"auto", "compare", "radau15", "reference solver, cvode_adams"},
        "The force jumps between its pieces, which are whole numbers of steps: steps of other sizes "
        "pass the jumps."},
       {{"sampled controller", "law in Python, tank", "whole-body law"},
@@ -78,7 +78,7 @@ const std::vector<Refusal>& refusals() {
        "converge to."},
       {couplings + Names{"motion"},
        Names{"gauss16, stages in lanes", "composition", "stormer_verlet", "tao4",
-             "discrete gradient", "radau15", "rk4", "rival, cvode_adams"},
+             "discrete gradient", "radau15", "rk4", "reference solver, cvode_adams"},
        "These methods have no multipliers: nothing in them holds a constraint.", true},
       {{"rigid contact", "time stepping"},
        couplings + Names{"motion", "rolling"},

@@ -160,6 +160,18 @@ std::string refusal_of(Bare b, Region region = {{-3, -3}, {3, 3}},
   });
 }
 
+TEST(Certificate, PrintsNanWithoutItsSign) {
+  Certificate c("made up");
+  const double nan = std::copysign(NAN, -1.0);
+  c.at_most("matching, kinetic energy", nan, 1, "made up", {nan});
+  c.report("figure", nan, "made up", {nan, -2});
+  for (const std::string& told : {c.text(), c.html(), refusal([&] { refuse_failure(c); })}) {
+    EXPECT_NE(told.find("nan"), told.npos) << told;
+    EXPECT_EQ(told.find("-nan"), told.npos) << told;
+  }
+  EXPECT_NE(c.text().find("-2"), std::string::npos) << "control: other numbers keep theirs";
+}
+
 TEST(Matching, RefusesWithTheReason) {
   EXPECT_EQ(refusal_of({}), "");
   const std::pair<std::string, std::string> cases[] = {
@@ -171,6 +183,9 @@ TEST(Matching, RefusesWithTheReason) {
       {refusal_of({}, {{-3}, {3}}), "region.lower has 1 entries, expected 2"},
       {refusal([] { (void)inertia_wheel_pendulum({.a2 = -0.5}); }), "a1 + a2 < 0"},
       {refusal([] { (void)inertia_wheel_pendulum({.kv = -1}); }), "Kv >= 0 fails"},
+      {refusal([] { (void)inertia_wheel_pendulum({.kv = -NAN}); }),
+       "gain 'kv' is nan, expected a finite number"},
+      {refusal([] { (void)inertia_wheel_pendulum({.k1 = HUGE_VAL}); }), "gain 'k1' is inf, "},
       {refusal([] { (void)vtol({.k2 = 5}); }), "k1/epsilon > k2"},
       {refusal([] {
          (void)cart_pole({}, nullptr, MatchingOptions{.region = {{-1.7, -1}, {1.7, 1}}});

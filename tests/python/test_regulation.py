@@ -116,7 +116,10 @@ def test_a_sweep_finds_gains():
     runs = es.sweep(loop, rows, start=[0.5, 0, 0, 0], duration=20, threads=1)
     assert [r.gains for r in runs] == rows and all(r.finite for r in runs)
     again = es.sweep(loop, rows, start=[0.5, 0, 0, 0], duration=20, threads=2)
-    assert [(r.settling, r.peak, r.left) for r in runs] == [(r.settling, r.peak, r.left) for r in again]
+    assert [(r.settling, r.peak, r.residual) for r in runs] == [(r.settling, r.peak, r.residual) for r in again]
+    for old, now in (("left", "residual"), ("travel", "max_excursion")):
+        with pytest.warns(DeprecationWarning, match=f"SweepResult.{old} is now {now}"):
+            assert getattr(runs[0], old) == getattr(runs[0], now)
     best = es.fastest(runs, math.inf)
     assert runs[best].settling == min(r.settling for r in runs)
     assert es.fastest(runs, 1e-9) is None

@@ -550,12 +550,20 @@ class SweepResult:
         """Largest |u| [N m | N]."""
         ...
     @property
-    def left(self) -> float:
+    def residual(self) -> float:
         """Share of H_d that is left at the end."""
         ...
     @property
-    def travel(self) -> float:
+    def max_excursion(self) -> float:
         """Largest |q_i - q_i*|."""
+        ...
+    @property
+    def left(self) -> float:
+        """Deprecated: residual."""
+        ...
+    @property
+    def travel(self) -> float:
+        """Deprecated: max_excursion."""
         ...
     @property
     def finite(self) -> bool: ...
