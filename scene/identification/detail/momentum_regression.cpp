@@ -13,9 +13,9 @@ namespace {
 using Eigen::Index, Eigen::MatrixXd, Eigen::VectorXd;
 using mechanics::MassProperties;
 
-constexpr size_t ten = std::size(inertial_numbers);
+constexpr size_t of_each = std::size(inertial_numbers);
 /// Mass, first moment and inertia about the origin of the body: momenta are linear in them.
-using Ten = std::array<double, ten>;
+using Ten = std::array<double, of_each>;
 
 /// About another point than the centre of mass, c away, of a point mass there.
 std::array<double, 6> of_point(double mass, const mechanics::Vec3d& c) {
@@ -111,12 +111,12 @@ class Regression {
     A_.resize(b_.size(), start_.size());
     for (size_t body = 0; body < unknowns.bodies(); ++body) {
       const auto mass = unknowns.mass(body, unknowns.start());
-      for (size_t k = 0; k < ten; ++k) {
+      for (size_t k = 0; k < of_each; ++k) {
         Ten changed = ten_of(mass);
         const double by = part_of(mass, k);
         changed[k] += by;
         const Assembly other = assemble(unknowns.with_mass(base, body, body_of(changed)));
-        A_.col(Index(body * ten + k)) = (balance.of(other) - b_) / by;
+        A_.col(Index(body * of_each + k)) = (balance.of(other) - b_) / by;
       }
     }
   }
@@ -136,10 +136,10 @@ class Regression {
 
  private:
   VectorXd numbers(std::span<const double> z) const {
-    VectorXd all(Index(ten * unknowns_.bodies()));
+    VectorXd all(Index(of_each * unknowns_.bodies()));
     for (size_t body = 0; body < unknowns_.bodies(); ++body) {
       const Ten own = ten_of(unknowns_.mass(body, z));
-      std::ranges::copy(own, all.data() + body * ten);
+      std::ranges::copy(own, all.data() + body * of_each);
     }
     return all;
   }
