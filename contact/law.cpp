@@ -43,6 +43,14 @@ double loss_for(double e, double speed) {
   return 0.5 * (low + high) / speed;
 }
 
+double contact_time(const Law& law, double mass, double speed) {
+  const double p = law.exponent + 1, k = law.stiffness;
+  if (p == 2) return M_PI * std::sqrt(mass / k);
+  const double depth = std::pow(p * mass * speed * speed / (2 * k), 1 / p);
+  // 2 d/v ∫ dz/√(1 - z^p) from 0 to 1
+  return 2 * depth / speed * std::sqrt(M_PI) * std::tgamma(1 + 1 / p) / std::tgamma(0.5 + 1 / p);
+}
+
 double hertz_stiffness(double modulus, double curvature) {
   require(modulus > 0, "modulus", modulus, "more than 0 Pa");
   require(curvature > 0, "curvature", curvature, "more than 0 1/m");

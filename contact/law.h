@@ -82,6 +82,9 @@ T friction_coefficient(const Law& law, const T& force, const T& depth_rate, cons
 /// any k, n and mass. With z = a v: ln(1 - e z) + e z = ln(1 + z) - z (Gonthier and others 2004).
 /// @throws InvalidArgument unless 0 < e <= 1 and speed > 0
 double loss_for(double restitution, double speed);
+/// Time of an elastic contact of a free mass that comes at `speed` [s], with the force k δ^n; of
+/// smooth as if n = 1, where it is π √(m/k) at any speed. Infinite where a mass at rest has none.
+double contact_time(const Law& law, double mass, double speed);
 /// Hertz's k [N/m^1.5] of spheres: (4/3) E √R. @param modulus  E [Pa], 1/E = Σ (1 - ν²)/E_i of both
 /// sides; @param curvature  Σ 1/R_i [1/m], a plane 0. @throws InvalidArgument unless both are > 0
 double hertz_stiffness(double modulus, double curvature);

@@ -34,6 +34,15 @@ struct JointStop {
   contact::Law law = {};
 };
 
+/// `Element::add` of soft limits, a force k δ²; a limit that is not stated is as in a JointStop.
+struct SoftLimits {
+  std::optional<double> lower = {}, upper = {};  ///< [rad | m]
+  double stiffness = 0;                          ///< k [N m/rad² | N/m²]
+
+  /// @throws InvalidArgument where neither scene nor model file state a limit
+  void operator()(const Element& e, const JointElement& at) const;
+};
+
 /// An element that acts at a joint of the model, or on links: an [[element]] of the scene,
 /// docs/scene.md. Its types are the files of elements/.
 struct Element {

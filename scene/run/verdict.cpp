@@ -63,7 +63,6 @@ class Judge {
     cannot("symmetry", limits_.symmetry,
            "porthos verify goes forth and back, porthos run does not");
     choose();
-    kinks();
   }
 
  private:
@@ -191,19 +190,6 @@ class Judge {
         "{} keeps all that [verify] asks for with any step: the energy is judged besides, which it "
         "does not keep with any",
         method_.name));
-  }
-
-  /// Soft limits, at which no step ends, are a likely cause of an energy that fails.
-  void kinks() {
-    if (r_.outcome != Outcome::ok) return;
-    const auto fails = [](const Check& c) { return c.name == "energy" && !c.pass; };
-    const auto kink = std::ranges::find(scene_.elements, "limits", &Element::type);
-    if (kink == scene_.elements.end() || std::ranges::none_of(r_.checks, fails)) return;
-    r_.notes.push_back(fmt::format(
-        "the slope of the force of '{}' jumps where the limit begins, inside a step: where it is "
-        "met expected a shorter step, or type = \"joint_stop\" with law = \"rigid\" and a "
-        "restitution",
-        kink->name));
   }
 
   RunReport& r_;

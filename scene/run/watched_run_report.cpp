@@ -2,6 +2,7 @@
 
 #include "phs/network/network.h"
 #include "scene/run/limit_notes.h"
+#include "scene/run/soft_stops.h"
 #include "scene/run/verdict.h"
 #include "scene/run/watched_run.h"
 #include "scene/run/whole_notes.h"
@@ -140,7 +141,9 @@ void WatchedRun::add_notes(RunReport& r) const {
 }
 
 void WatchedRun::judge(RunReport& r) const {
+  advise_at_soft_stops(r, scene_, assembly_, state_);
   scene::judge(r, scene_, integrator_->declaration(), meter_);
+  note_soft_limits(r, scene_, assembly_, state_);
 }
 
 }  // namespace porthos::scene

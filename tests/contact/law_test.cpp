@@ -82,6 +82,22 @@ TEST(Law, LossForARestitution) {
   EXPECT_THROW((void)loss_for(1.1, 1), InvalidArgument);
 }
 
+/// Against the numbers of the literature: π √(m/k), Hertz's 2.943 d/v, and 2.804 d/v of n = 2.
+TEST(Law, ContactTime) {
+  const auto time = [](double n, double speed) {
+    return contact_time({.form = Law::Form::power, .stiffness = 5, .exponent = n}, 3, speed);
+  };
+  const auto depths = [&](double n, double v) {
+    return time(n, v) * v / std::pow((n + 1) * 3 * v * v / 10, 1 / (n + 1));
+  };
+  EXPECT_NEAR(time(1, 2), M_PI * std::sqrt(3 / 5.), 1e-15);
+  EXPECT_NEAR(depths(1.5, 2), 2.9432, 1e-4);
+  EXPECT_NEAR(depths(2, 2), 2.8044, 1e-4);
+  EXPECT_NEAR(time(1.5, 64) / time(1.5, 2), 0.5, 1e-15) << "Hertz: v^(-1/5)";
+  EXPECT_GT(depths(1, 2), 3.14) << "control";
+  EXPECT_FALSE(std::isfinite(time(2, 0)));
+}
+
 TEST(Law, LossNeverGivesBack) {
   const Law law{.form = Law::Form::power, .stiffness = 10, .exponent = 2, .loss = 0.5};
   for (const double v : {-100.0, -3.0, -1.0, 0.0, 2.0}) {

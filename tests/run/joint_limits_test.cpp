@@ -1,5 +1,8 @@
 // Notes on joints beyond the limits of a model file: the three worst and a count, not a paragraph.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <cmath>
 
 #include "scene/session/memory_run.h"
 #include "tests/run/scenes.h"
@@ -85,6 +88,42 @@ TEST(JointLimits, ASoftLimitIsNamedWhereTheEnergyFails) {
   const std::string hard = "\"joint_stop\"\nlaw = \"rigid\"";
   EXPECT_FALSE(says(notes(0, hard + "\nrestitution = 0.5"), "the slope of the force"));
   EXPECT_TRUE(says(refusal([&] { (void)notes(0, hard); }), "restitution")) << "control";
+}
+
+/// A lever of 0.27 kg m² that turns at 3 rad/s meets its stop. A contact lasts π √(I/k) with a
+/// force k δ, and 2.804 d/v with k δ² and its depth d = (1.5 I v²/k)^(1/3).
+TEST(JointLimits, ASoftStopNamesAStep) {
+  const auto notes = [](const std::string& stop, double step, double speed = 3) {
+    const TemporaryFolder folder;
+    write_bytes(folder / "lever.urdf", "<robot name='lever'><link name='base'/>" + link("arm", 1) +
+                                           joint("hinge", "base", "arm", "0 1 0") + "</robot>");
+    write_bytes(folder / "scene.toml",
+                fmt::format("[model]\nurdf = \"lever.urdf\"\nbase = \"fixed\"\n[initial]\n"
+                            "joints.hinge = {{ velocity = {} }}\n[[element]]\nname = \"ends\"\n"
+                            "joint = \"hinge\"\nlower = -1\nupper = 1\n{}\n[integrator]\n"
+                            "method = \"gauss8\"\nstep = {}\n[run]\nduration = 4\n",
+                            speed, stop, step));
+    const auto s = scene::read_scene((folder / "scene.toml").string());
+    std::string all;
+    for (const auto& n : scene::run_in_memory(s, scene::assemble(s), {}).notes) all += n + "\n";
+    return all;
+  };
+  const auto hard = [](const char* k) {
+    return fmt::format("type = \"joint_stop\"\nlaw = \"power\"\nstiffness = {}", k);
+  };
+  const double contact = M_PI * std::sqrt(0.27 / 1e6), d = std::cbrt(1.5 * 0.27 * 9 / 1e4);
+  const std::string failed = notes(hard("1e6"), 0.05);
+  EXPECT_TRUE(says(failed, fmt::format("expected a smaller step than 0.05 s, to begin with {:.2g} "
+                                       "s, a tenth of a contact with 'ends'",
+                                       0.1 * contact)))
+      << failed;
+  EXPECT_FALSE(says(notes(hard("1e6"), 0.1 * contact), "the run ended")) << "control";
+  const std::string kink = notes("type = \"limits\"\nstiffness = 1e4", 0.02);
+  EXPECT_TRUE(says(kink, fmt::format("a shorter step, to begin with {:.2g} s, or \"joint_stop\"",
+                                     0.1 * 2.804 * d / 3)))
+      << kink;
+  const std::string resolved = notes("type = \"limits\"\nstiffness = 1e4", 0.005);
+  EXPECT_TRUE(says(resolved, "expected there a shorter step, or \"joint_stop\"")) << resolved;
 }
 
 }  // namespace

@@ -26,18 +26,20 @@ phs::Potential soft_stops(const mechanics::MechanicalModel& model, const Element
 }
 
 void read_limits(const Table& t, Element& e) {
-  std::optional<double> lower, upper;
-  if (t.has("lower")) lower = t.number("lower");
-  if (t.has("upper")) upper = t.number("upper");
-  e.add = [lower, upper, stiffness = t.number("stiffness")](const Element& own,
-                                                            const JointElement& at) {
-    at.require_number(own);
-    at.network.potential(own.name, at.place.coordinate,
-                         soft_stops(at.model, own, lower, upper, stiffness));
-  };
+  SoftLimits s;
+  if (t.has("lower")) s.lower = t.number("lower");
+  if (t.has("upper")) s.upper = t.number("upper");
+  s.stiffness = t.number("stiffness");
+  e.add = s;
 }
 
 }  // namespace
+
+void SoftLimits::operator()(const Element& own, const JointElement& at) const {
+  at.require_number(own);
+  at.network.potential(own.name, at.place.coordinate,
+                       soft_stops(at.model, own, lower, upper, stiffness));
+}
 
 ElementType limits_element() {
   using namespace keys;
