@@ -39,6 +39,10 @@ void add_results(CLI::App* c, Arguments& a, const char* default_out,
   c->add_flag("--no-report", a.no_report, "do not write report.html");
 }
 
+void add_no_meshes(CLI::App* c, Arguments& a) {
+  c->add_flag("--no-meshes", a.no_meshes, "report.html without the meshes of the model, smaller");
+}
+
 void add_numbers(CLI::App* c, Arguments& a) {
   value(c, "--method", a.method, "instead of the scene's, see: porthos methods", "M");
   value(c, "--step", a.step, "instead of the scene's [s]", "H");
@@ -62,6 +66,7 @@ void add_runs(CLI::App& app, Arguments& a) {
       "porthos run examples/ets_vii/scene.toml --out results/ets_vii --step 0.1\n"
       "  porthos run examples/ets_vii/scene.toml --out results/ets_vii --step 0.1 --resume");
   add_results(run, a, "results/<name of the scene>");
+  add_no_meshes(run, a);
   add_overrides(run, a);
   add_case(run, a);
   value(run, "--extend", a.extend, "continue the finished run in the folder to this time [s]", "T")
@@ -72,6 +77,7 @@ void add_runs(CLI::App& app, Arguments& a) {
       app, a, "verify", "run a scene with every check: energy, momenta, balance, symmetry",
       "porthos verify examples/ets_vii/scene.toml --duration 100");
   add_results(verify, a, "results/<name of the scene>-verify");
+  add_no_meshes(verify, a);
   add_overrides(verify, a);
   add_case(verify, a);
 
@@ -183,7 +189,9 @@ void add_pages(CLI::App& app, Arguments& a) {
   report->add_option("DIR", a.scene, "results folder of run, verify, compare or ensemble")
       ->required();
   value(report, "--out", a.out, "the page [DIR/report.html]", "FILE");
-  value(report, "--models", a.models, "where the model files are, to show their meshes", "FOLDER");
+  add_no_meshes(report, a);
+  value(report, "--models", a.models, "where the model files are, to show their meshes", "FOLDER")
+      ->excludes("--no-meshes");
   add_film(app, a);
   auto* plot =
       add_command(app, "plot", "redraw the plots of results, or draw one panel for print",

@@ -26,7 +26,8 @@ struct Arguments {
       of_case, uncertainty, from, to, speed, size, camera, follow, what;
   std::vector<std::string> methods, models, of, by, parameters, sigma;
   bool resume = false, json = false, markdown = false, join = false, no_report = false,
-       orbit = false, arrows = false, dark = false, trail = false, no_text = false, all = false;
+       orbit = false, arrows = false, dark = false, trail = false, no_text = false, all = false,
+       no_meshes = false;
   int threads = 0;
   std::optional<size_t> top;
 };

@@ -13,8 +13,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void tell(const std::string& missing_meshes) {
-  if (!missing_meshes.empty()) fmt::print(stderr, "porthos: playback: {}\n", missing_meshes);
+void tell(const Arguments& a, const std::string& missing_meshes) {
+  if (!a.no_meshes && !missing_meshes.empty())
+    fmt::print(stderr, "porthos: playback: {}\n", missing_meshes);
 }
 
 }  // namespace
@@ -27,7 +28,8 @@ bool make_report(const Arguments& a, const std::string& out, const std::vector<f
   const auto page = report::find_template();
   if (page.empty()) return false;
   try {
-    tell(report::write_report(out, fs::path(out) / "report.html", page, models));
+    const auto shown = a.no_meshes ? std::vector<fs::path>{} : models;
+    tell(a, report::write_report(out, fs::path(out) / "report.html", page, shown));
     return true;
   } catch (const std::exception& e) {
     fmt::print(stderr, "porthos: no report: {}\n", e.what());
@@ -41,7 +43,7 @@ void write_page(const Arguments& a, const fs::path& file) {
   for (const auto& folder : a.models)
     if (!fs::is_directory(folder))
       throw InvalidArgument(fmt::format("--models {}: expected a folder", folder));
-  tell(report::write_report(a.scene, file, page, {a.models.begin(), a.models.end()}));
+  tell(a, report::write_report(a.scene, file, page, {a.models.begin(), a.models.end()}));
 }
 
 int report_command(const Arguments& a) {

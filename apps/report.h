@@ -9,7 +9,7 @@ namespace porthos::apps {
 
 /// Writes out/report.html from the results in `out`, unless --no-report is given; an older one goes
 /// in any case. If the page cannot be made, a message goes to stderr, and the verdict of the run
-/// does not change. Missing meshes are told on stderr too.
+/// does not change. Missing meshes are told on stderr too, unless --no-meshes leaves them out.
 /// @param models  folders of the model files, for the meshes they name
 /// @return whether it was written; false without a message if there is no template
 bool make_report(const Arguments& arguments, const std::string& out,

@@ -1,4 +1,8 @@
 #include "integrators/claims.h"
+
+#include <algorithm>
+#include <cmath>
+
 #include "phs/linear_algebra/linear_algebra.h"
 #include "phs/system/constraints.h"
 
@@ -6,6 +10,13 @@ namespace porthos::integrators {
 namespace {
 
 using Directions = std::vector<std::vector<double>>;
+
+double dot_J(const std::vector<double>& a, const std::vector<double>& b) {
+  const size_t n = a.size() / 2;
+  double sum = 0;
+  for (size_t k = 0; k < n; ++k) sum += a[k] * b[n + k] - a[n + k] * b[k];
+  return sum;
+}
 
 /// Those of given directions that keep g = 0 and Bᵀe = 0 to first order: their projections.
 Directions along_constraints(const phs::Model& model, const std::vector<double>& at,
@@ -38,6 +49,22 @@ Directions along_constraints(const phs::Model& model, const std::vector<double>&
 }
 
 }  // namespace
+
+double symplectic_defect(const Directions& tangents, const Directions& images) {
+  const auto norm = [](const std::vector<double>& a) {
+    double sum = 0;
+    for (const double x : a) sum += x * x;
+    return std::sqrt(sum);
+  };
+  double worst = 0;
+  for (size_t i = 0; i < images.size(); ++i)
+    for (size_t j = 0; j < i; ++j) {
+      const double d = dot_J(images[i], images[j]) - dot_J(tangents[i], tangents[j]);
+      const double relative = std::fabs(d) / std::max(1.0, norm(images[i]) * norm(images[j]));
+      worst = !(relative <= worst) ? relative : worst;
+    }
+  return worst;
+}
 
 Directions tangents(const phs::Model& model, const std::vector<double>& x) {
   Directions basis;

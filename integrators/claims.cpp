@@ -12,13 +12,6 @@ namespace {
 
 using Vec = std::vector<double>;
 
-double dot_J(const Vec& a, const Vec& b) {
-  const size_t n = a.size() / 2;
-  double sum = 0;
-  for (size_t k = 0; k < n; ++k) sum += a[k] * b[n + k] - a[n + k] * b[k];
-  return sum;
-}
-
 /// Energy and invariants of states from value + low word.
 class ClaimGauge {
  public:
@@ -142,22 +135,6 @@ MeasuredOrder order_in(const std::string& method, const phs::Model& model, const
 }
 
 }  // namespace
-
-double symplectic_defect(const std::vector<Vec>& tangents, const std::vector<Vec>& images) {
-  const auto norm = [](const Vec& a) {
-    double sum = 0;
-    for (const double x : a) sum += x * x;
-    return std::sqrt(sum);
-  };
-  double worst = 0;
-  for (size_t i = 0; i < images.size(); ++i)
-    for (size_t j = 0; j < i; ++j) {
-      const double d = dot_J(images[i], images[j]) - dot_J(tangents[i], tangents[j]);
-      const double relative = std::fabs(d) / std::max(1.0, norm(images[i]) * norm(images[j]));
-      worst = !(relative <= worst) ? relative : worst;
-    }
-  return worst;
-}
 
 SymplecticDefect symplectic_defect(const std::string& method, const phs::Model& model,
                                    const Vec& start, const std::vector<Vec>& tangents, double h) {

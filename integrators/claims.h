@@ -90,8 +90,9 @@ struct ClaimReport {
 /// Measures the claims of any method of the catalogue, also of one that was added, from `start`
 /// with steps of h [s]. Take a step as long as runs have: the defects of a false claim shrink with
 /// it. Symmetry and symplecticity are measured with 3 h and 6 h too, as far as these resolve the
-/// motion to 1 %; where their errors are too small for a false claim to show, that is told. A claim that holds here need not hold on every system. Methods whose error a tolerance sets
-/// take steps with a loose one, 1e-5, which would show a false claim.
+/// motion to 1 %; where their errors are too small for a false claim to show, that is told. A claim
+/// that holds here need not hold on every system. Methods whose error a tolerance sets take steps
+/// with a loose one, 1e-5, which would show a false claim.
 /// @throws InvalidArgument as make_integrator, and for a start of another size
 ClaimReport check_claims(const std::string& method, const phs::Model& model,
                          const std::vector<double>& start, double h);

@@ -48,6 +48,25 @@ space::SpaceReport read_space(const Json& j) {
   return s;
 }
 
+Impulses read_impulses(const Json& j) {
+  Impulses all;
+  for (const auto& [name, i] : j.at("impulses").items()) {
+    ImpulseRow row{.name = name, .type = i.at("type")};
+    row.angular = i.at("angular_impulse_Nms").get<std::array<double, 3>>();
+    if (i.contains("impulse_Ns")) {
+      row.impulse = i.at("impulse_Ns").get<std::array<double, 3>>();
+      row.on_s = i.at("on_s");
+      row.propellant_kg = i.at("propellant_kg");
+    }
+    all.rows.push_back(row);
+  }
+  if (j.contains("momentum_less_impulses")) {
+    all.linear_left = number(j.at("momentum_less_impulses").at("linear"));
+    all.angular_left = number(j.at("momentum_less_impulses").at("angular"));
+  }
+  return all;
+}
+
 RunReport report_of(const Json& j, const phs::State& end) {
   RunReport r;
   r.steps = count(j.at("steps"));
@@ -111,22 +130,7 @@ RunReport report_of(const Json& j, const phs::State& end) {
     r.stopped = {s.at("name"), s.at("condition"), number(s.at("at_s")), s.at("fails")};
   }
   if (j.contains("ledgers")) r.space = read_space(j.at("ledgers"));
-  if (j.contains("impulses")) {
-    for (const auto& [name, i] : j.at("impulses").items()) {
-      ImpulseRow row{.name = name, .type = i.at("type")};
-      row.angular = i.at("angular_impulse_Nms").get<std::array<double, 3>>();
-      if (i.contains("impulse_Ns")) {
-        row.impulse = i.at("impulse_Ns").get<std::array<double, 3>>();
-        row.on_s = i.at("on_s");
-        row.propellant_kg = i.at("propellant_kg");
-      }
-      r.impulses.rows.push_back(row);
-    }
-    if (j.contains("momentum_less_impulses")) {
-      r.impulses.linear_left = number(j.at("momentum_less_impulses").at("linear"));
-      r.impulses.angular_left = number(j.at("momentum_less_impulses").at("angular"));
-    }
-  }
+  if (j.contains("impulses")) r.impulses = read_impulses(j);
   r.final_state = end;
   return r;
 }

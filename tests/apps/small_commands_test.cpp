@@ -413,9 +413,11 @@ TEST_F(SmallCommands, RunWritesItsReportUnlessToldNotTo) {
 
 TEST_F(SmallCommands, MeshesThatAreNotThereAreToldBesideTheRun) {
   std::string urdf = pendulum;
-  const auto told = [&] {
+  const auto told = [&](const std::string& more = "") {
     std::ofstream(folder_ / "rod.urdf") << urdf;
-    return shell("PORTHOS_REPORT_TEMPLATE=page.html '" PORTHOS_CLI "' run scene.toml --out a").err;
+    return shell("PORTHOS_REPORT_TEMPLATE=page.html '" PORTHOS_CLI "' run scene.toml --out a" +
+                 more)
+        .err;
   };
   std::ofstream(folder_ / "page.html") << "@PORTHOS_DATA@";
   std::ofstream(folder_ / "scene.toml")
@@ -430,6 +432,8 @@ TEST_F(SmallCommands, MeshesThatAreNotThereAreToldBesideTheRun) {
                      "not found\n"),
             std::string::npos)
       << all;
+  EXPECT_EQ(told(" --no-meshes").find("meshes"), std::string::npos);
+  EXPECT_NE(text("a/report.html").find("\"meshes\":[]"), std::string::npos);
 }
 
 TEST_F(SmallCommands, PlotDrawsOnePanelForPrint) {
