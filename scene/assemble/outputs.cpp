@@ -189,11 +189,13 @@ void Outputs::evaluate(Item& item, const phs::State& s, std::span<double> to) {
     case OutputQuantity::normal_force:
     case OutputQuantity::overlap:
       return of_contact(item, to);
-    case OutputQuantity::altitude: {
-      const double* r = s.x.data() + s.x.size() - 6;
-      to[0] = std::hypot(r[0], r[1], r[2]) - scene_.orbit->environment.planet.radius;
+    case OutputQuantity::altitude:
+    case OutputQuantity::semi_major_axis:
+    case OutputQuantity::eccentricity:
+    case OutputQuantity::inclination:
+    case OutputQuantity::node:
+      to[0] = of_orbit(item, s);
       return;
-    }
     case OutputQuantity::task_error:
     case OutputQuantity::planned_force:
       return;  // at() copies them

@@ -86,6 +86,7 @@ class Outputs {
   void evaluate(Item& item, const phs::State& s, std::span<double> to);
   double torque(const Item& item, const phs::State& s) const;
   double of_actuator(const Item& item, const phs::State& s) const;
+  double of_orbit(const Item& item, const phs::State& s) const;
   double of_motor(const Item& item, const vsa::Slopes<double>& slopes) const;
   void of_contact(const Item& item, std::span<double> to) const;
   void motion(const Item& item, std::span<double> to) const;

@@ -72,8 +72,7 @@ void Outputs::bind(Item& item) {
   if (o.of_actuator()) bind_actuator(item);
   if (o.of_contact()) bind_contact(item);
   if (o.of_controller()) bind_told(item);
-  if (o.quantity == OutputQuantity::altitude && !scene_.orbit)
-    refuse_output(o, "the scene has no [orbit], expected one");
+  if (o.of_orbit() && !scene_.orbit) refuse_output(o, "the scene has no [orbit], expected one");
   for (const auto& link : o.links) {
     const int node = place_on_link(*assembly_.mechanism, {link, {}, 0}, o.where).node;
     if (node < 0) refuse_output(o, "link '" + link + "' does not move");

@@ -166,19 +166,20 @@ std::vector<QuantityInfo> quantities_of_actuators() {
 
 std::vector<QuantityInfo> quantities_of_orbits_and_formulas() {
   using namespace keys;
-  return {{OutputQuantity::altitude,
-           "altitude",
-           1,
-           "m",
-           "In orbit: of the centre of mass, above the sphere of the planet's equator.",
-           {}},
-          {OutputQuantity::formula,
-           "formula",
-           1,
-           "1",
-           "Of outputs before it.",
-           {text("formula", required, "as \"sqrt(tip.x^2 + tip.y^2)\""),
-            text("unit", "\"1\"", "for tables and axes")}}};
+  const auto orbital = [](OutputQuantity q, const char* name, const char* unit, const char* what) {
+    return QuantityInfo{q, name, 1, unit, what, {}};
+  };
+  using Q = OutputQuantity;
+  const std::vector<SchemaKey> own{text("formula", required, "as \"sqrt(tip.x^2 + tip.y^2)\""),
+                                   text("unit", "\"1\"", "for tables and axes")};
+  const char* const osculating = "Of the osculating orbit; the node is the ascending one.";
+  return {orbital(Q::altitude, "altitude", "m",
+                  "In orbit: of the centre of mass, above the sphere of the planet's equator."),
+          orbital(Q::semi_major_axis, "semi_major_axis", "m", osculating),
+          orbital(Q::eccentricity, "eccentricity", "1", osculating),
+          orbital(Q::inclination, "inclination", "rad", osculating),
+          orbital(Q::node, "node", "rad", osculating),
+          {Q::formula, "formula", 1, "1", "Of outputs before it.", own}};
 }
 
 /// Every quantity of an [[output]], in the order of docs/scene_reference.md: the formula last.

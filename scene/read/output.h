@@ -48,6 +48,10 @@ struct Output {
     normal_force,
     overlap,
     altitude,
+    semi_major_axis,
+    eccentricity,
+    inclination,
+    node,
     task_error,
     planned_force,
     formula
@@ -75,6 +79,7 @@ struct Output {
   bool of_motor() const {
     return quantity == Quantity::motor_rate || quantity == Quantity::motor_torque;
   }
+  bool of_orbit() const { return quantity >= Quantity::altitude && quantity <= Quantity::node; }
   bool of_contact() const {
     return quantity >= Quantity::contact_force && quantity <= Quantity::overlap;
   }

@@ -1,15 +1,20 @@
+#include <fmt/format.h>
+
+#include <cmath>
 #include <filesystem>
 
 #include "nlohmann/json.hpp"
+#include "scene/session/memory_run.h"
 #include "space/kepler.h"
 #include "space/orbit.h"
 #include "tests/run/scenes.h"
+#include "tests/support/bounds.h"
 
 // Scenes in orbit: what they refuse, what they report, and that they go on where they were stopped.
 namespace porthos::scene::scene_test {
 namespace {
 
-using test::says;
+using test::breaks, test::keeps, test::says;
 
 const char* const head = "title = 't'\n[model]\nurdf = 'm.urdf'\nbase = 'free'\n";
 const char* const tail =
@@ -274,6 +279,39 @@ TEST(OrbitScene, TheDefaultSplittingIsGoodAtTenSeconds) {
               before);
   EXPECT_LE(now, 1e-6);
   EXPECT_GT(before, 1e-4);
+}
+
+// The mean node drifts by -3/2 n J2 (R/p)² cos i to first order in J2; the start and the end are
+// whole revolutions apart, where what swings within one is the same.
+TEST(OrbitScene, OutputsOfTheOrbitHaveTheDriftOfAnOblatePlanet) {
+  const Folder f;
+  const double mu = space::Planet{}.mu, R = space::Planet{}.radius, a = 7e6, inclination = 0.6;
+  const double n = std::sqrt(mu / a) / a, duration = 20 * 2 * M_PI / n, J2 = 1.0826e-5;
+  std::string outputs;
+  for (const char* name : {"semi_major_axis", "eccentricity", "inclination", "node"})
+    outputs += fmt::format("[[output]]\nquantity = \"{0}\"\nname = \"{0}\"\n", name);
+  const auto of = [&](double oblateness) {
+    const Scene s = read_scene(f.scene(
+        fmt::format("[planet]\nharmonics = [{}, 0, 0, 0, 0]\n[orbit]\nsemi_major_axis = 7e6\n"
+                    "inclination = 0.6\nnode = 0.4\n{}",
+                    oblateness, outputs),
+        head,
+        fmt::format("[integrator]\nmethod = 'gauss8'\nstep = {}\n[run]\nduration = {}\n",
+                    duration / 4000, duration)));
+    return run_in_memory(s, assemble(s), {}).outputs;
+  };
+  const auto oblate = of(J2), sphere = of(0);
+  ASSERT_EQ(oblate.size(), 4u);
+  keeps("semi-major axis at the start, relative", std::fabs(oblate[0].start / a - 1), 1e-14);
+  keeps("eccentricity of the round one", sphere[1].largest, 1e-9);
+  keeps("inclination", std::fabs(oblate[2].start - inclination), 1e-14);
+  keeps("node", std::fabs(oblate[3].start - 0.4), 1e-14);
+  const double rate = -1.5 * n * J2 * (R / a) * (R / a) * std::cos(inclination);
+  const auto miss = [&](const auto& o) {
+    return std::fabs((o[3].end - o[3].start) / duration / rate - 1);
+  };
+  keeps("drift of the node, relative", miss(oblate), 1e-3);
+  breaks("control: a round planet", miss(sphere), 0.9);
 }
 
 TEST(OrbitScene, ReportsItsLedgersAndGoesOnWhereItStopped) {
