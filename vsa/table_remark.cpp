@@ -49,10 +49,10 @@ double scatter_of(const MeasuredCurve& c, const std::vector<double>& s, double h
   return std::hypot(phs::scatter(c.x, without, s), std::sqrt(loop));
 }
 
-/// What to state in place of errors too large.
+/// What to state in place of errors too large, where those of all settings scatter by less.
 std::string numbers_to_state(const MeasuredCurves& curves, const TorqueErrors& errors,
                              double scatter) {
-  if (scatter < 1e-3) return "";
+  if (scatter < 1e-3 || scatter > 1) return "";  // exact, or another setting scatters by more
   double rows = 1;
   for (const auto& [sigma, c] : curves)
     for (const double each : c.of_rows) rows = std::max(rows, each);
@@ -106,11 +106,12 @@ std::string remark_on(const Measurements& m, const MeasuredCurves& curves,
     return fmt::format("{} has deflections up to {:.4g} rad, more than a turn: are they degrees?",
                        path, widest);
   if (!errors.any()) return rough_remark(curves, path);
-  double least = HUGE_VAL, most = 0, where_least = 0, where_most = 0, half = 0;
+  double least = HUGE_VAL, most = 0, roughest = 0, where_least = 0, where_most = 0, half = 0;
   // A hundredth on each side, of all settings together about.
   const double sigmas = std::sqrt(5.4 + 2 * std::log(double(curves.size())));
   for (const auto& [sigma, c] : curves) {
     const double own = half_loop(c), scatter = scatter_of(c, errors.of(c.y, c.of_rows), own);
+    roughest = std::max(roughest, scatter);
     const auto usual = phs::usual_scatter(c.x.size(), sigmas);
     if (scatter < least && scatter < std::clamp(usual.first, 1 / 3.0, 0.6)) {
       least = scatter;
@@ -131,7 +132,7 @@ std::string remark_on(const Measurements& m, const MeasuredCurves& curves,
         "{}: the errors that smoothing states are {} times what neighbours scatter by{}: the "
         "curve may be flattened{}",
         path, least < 1e-3 ? "over 1000" : fmt::format("{:.2g}", 1 / least), at(where_least),
-        numbers_to_state(curves, errors, least));
+        numbers_to_state(curves, errors, roughest));
   if (most > 0 && half > 0)
     return fmt::format(
         "{}: loading and unloading differ by {:.2g} N m{}: half of it counts as an error, which "
