@@ -78,8 +78,8 @@ class Smoother {
 };
 
 /// How n values are divided for their scatter.
-struct Stretches {
-  explicit Stretches(std::size_t n)
+struct ScatterPieces {
+  explicit ScatterPieces(std::size_t n)
       : values(n),
         count(std::max<std::size_t>(1, (n + 5) / 10)),
         parameters(std::min<std::size_t>(4, (n + 1) / 2)),
@@ -141,7 +141,7 @@ double scatter(const std::vector<double>& x, const std::vector<double>& y) {
 
 double scatter(const std::vector<double>& x, const std::vector<double>& y,
                const std::vector<double>& s) {
-  const Stretches pieces(x.size());
+  const ScatterPieces pieces(x.size());
   double size = 0;
   for (const double each : s) size += each * each / double(s.size());
   if (pieces.freedom == 0 || size == 0) return 0;
@@ -153,7 +153,7 @@ double scatter(const std::vector<double>& x, const std::vector<double>& y,
 }
 
 std::pair<double, double> usual_scatter(std::size_t n, double sigmas) {
-  const double part = 2 / (9 * double(Stretches(n).freedom));
+  const double part = 2 / (9 * double(ScatterPieces(n).freedom));
   const auto at = [&](double z) { return std::max(0.0, 1 - part + z * std::sqrt(part)); };
   return {std::pow(at(-sigmas), 1.5), std::pow(at(sigmas), 1.5)};
 }

@@ -71,7 +71,7 @@ class SpringPanels {
   /// What a drive exerts at angles, of one without a rotor what it holds. Empty: not known.
   template <class Held>
   std::vector<double> drive_torques(const vsa::Drive& d, bool alone, const std::string& of,
-                                    const std::vector<double>& angle, Held held) {
+                                    const std::vector<double>& angle, Held holds) {
     const auto p = r_.rows("momentum/" + link_name(of));
     const bool rotor = d.inertia > 0;
     if (d.kind == vsa::Drive::Kind::fixed || !alone || (rotor && p.size() != angle.size()))
@@ -80,7 +80,7 @@ class SpringPanels {
     for (size_t i = 0; i < angle.size(); ++i)
       u.push_back(
           rotor ? vsa::drive_torque(d, r_.t[i], angle[i], p[i] / (d.gear * d.gear * d.inertia))
-                : held(i));
+                : holds(i));
     return u;
   }
   template <class F>
