@@ -114,6 +114,8 @@ class PhaseSequence {
   int count() const { return count_; }  ///< phases done, including a failed one
   /// The assembly to which the final state belongs.
   const Assembly& last() const { return phase_.assembly; }
+  /// The mechanism between two phases, before the first one with its events of the start.
+  const mechanics::MovingMechanism& moving() const { return moving_; }
   /// Joints that are locked now.
   const std::map<std::string, mechanics::LockedJoint>& locked() const { return moving_.locked; }
 

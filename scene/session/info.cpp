@@ -143,6 +143,15 @@ std::string outputs_section(const Scene& scene, const Assembly& a) {
   return text;
 }
 
+std::string events_section(const Scene& scene, const Assembly& a) {
+  TextRows rows;
+  for (const EventFacts& e : event_facts(scene, a))
+    rows.push_back({e.what, e.when,
+                    (e.apart ? fmt::format("{:.4g} m apart at the start", *e.apart) : "") +
+                        (e.reach ? fmt::format(", reach {:g} m", *e.reach) : "")});
+  return rows.empty() ? "" : "Events\n" + aligned(rows, "  ");
+}
+
 // --- cost ----------------------------------------------------------------------------------------
 
 std::string cost_section(const Assembly& a) {
@@ -167,8 +176,9 @@ std::string info_text(const Scene& asked, const Assembly& assembly) {
        {model_section(scene, m), states_section(assembly), ports_section(d), ledger_section(d),
         invariants_section(d), constraints_section(assembly),
         "Plan\n" + aligned(plan_rows(scene, assembly), "  "), controllers_section(scene, assembly),
-        outputs_section(scene, assembly), left_out_section(m, scene.urdf.use_friction),
-        notes_section(assembly.notes), cost_section(assembly)})
+        events_section(scene, assembly), outputs_section(scene, assembly),
+        left_out_section(m, scene.urdf.use_friction), notes_section(assembly.notes),
+        cost_section(assembly)})
     if (!section.empty()) text += "\n" + section;
   return text;
 }

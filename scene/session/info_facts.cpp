@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <set>
 
 #include "phs/scalars/pack.h"
@@ -77,6 +78,15 @@ std::string coordinates_text(const Assembly& a) {
          why;
 }
 
+std::string when_text(const Event& e) {
+  if (e.carried) return "from the start";
+  if (!e.waits()) return fmt::format("at {:g} s", e.at);
+  const std::string after = e.after > 0 ? fmt::format(", not before {:g} s", e.after) : "";
+  if (e.within_reach) return "once within its limits" + after;
+  return fmt::format("once {} {:g}{}", e.above ? "above" : "below", e.above ? *e.above : *e.below,
+                     after);
+}
+
 /// Median over batches of the time of one field evaluation [ns].
 template <class T>
 double nanoseconds_per_evaluation(const Assembly& a) {
@@ -115,6 +125,21 @@ void refuse_as_run(const Scene& scene, const Assembly& assembly) {
   (void)rehearse(scene, assembly);
   PhaseSequence phases(scene, assembly);
   if (const Phase* first = phases.next()) begin(first->scene, first->assembly, first->until);
+}
+
+std::vector<EventFacts> event_facts(const Scene& s, const Assembly& a) {
+  std::vector<EventFacts> list;
+  if (s.events.empty()) return list;
+  const PhaseSequence start(s, a);
+  for (const Event& e : s.events) {
+    EventFacts& f = list.emplace_back(EventFacts{text(e), when_text(e)});
+    if (e.type != Event::Type::capture || e.carried) continue;
+    const auto& l = e.latch;
+    const auto there = mechanics::relative_pose(start.moving(), l.link, l.body);
+    f.apart = mechanics::norm(there.R * l.on_body + there.r - l.on_link);
+    if (std::isfinite(l.reach)) f.reach = l.reach;
+  }
+  return list;
 }
 
 std::vector<StateFacts> state_facts(const Assembly& a) {

@@ -141,6 +141,16 @@ InfoJson notes(const Assembly& a) {
   return list;
 }
 
+InfoJson events(const Scene& scene, const Assembly& a) {
+  InfoJson list = InfoJson::array();
+  for (const EventFacts& e : event_facts(scene, a)) {
+    list.push_back({{"event", e.what}, {"when", e.when}});
+    if (e.apart) list.back()["apart_at_start_m"] = *e.apart;
+    if (e.reach) list.back()["reach_m"] = *e.reach;
+  }
+  return list;
+}
+
 }  // namespace
 
 std::string info_json(const Scene& asked, const Assembly& assembly) {
@@ -165,6 +175,7 @@ std::string info_json(const Scene& asked, const Assembly& assembly) {
                       {"integrator", integrator(scene)},
                       {"plan", plan(scene, assembly)},
                       {"controllers", controllers(scene, assembly)},
+                      {"events", events(scene, assembly)},
                       {"outputs", outputs(scene, assembly)},
                       {"stops", stops(scene)},
                       {"not_simulated", not_simulated(scene, m)},

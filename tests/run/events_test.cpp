@@ -1,11 +1,13 @@
 // Scenes with events: momenta and the ledger across them, resumed runs, and what is refused.
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
 
 #include "scene/session/export.h"
+#include "scene/session/info.h"
 #include "tests/places.h"
 #include "tests/run/scenes.h"
 
@@ -41,6 +43,7 @@ TEST(Events, ACaptureKeepsMomentaAndItsLossIsARow) {
   const auto s = capture_scene(folder);
   const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
   ASSERT_TRUE(r.passed());
+  EXPECT_LE(r.notes.size(), 2u) << "of three phases";
   const auto j = nlohmann::json::parse(read_bytes(folder / "out" / "summary.json"));
   ASSERT_EQ(j["events"].size(), 4u);
   ASSERT_EQ(j["phases"].size(), 3u);
@@ -215,6 +218,28 @@ TEST(Events, WhatCannotBeIsRefusedWithItsLine) {
   s = capture_scene(folder, "mass = 300.0", "mass = 301.0");
   o.resume = true;
   EXPECT_TRUE(says(refusal([&] { scene::run(s, scene::assemble(s), o); }), "is of another run"));
+}
+
+TEST(Events, InfoListsThemWithTheDistanceOfACapture) {
+  std::vector<double> square;
+  for (const char* handle : {"[-0.6, ", "[0.4, ", "[1.4, "}) {  // each a metre further on
+    TemporaryFolder folder;
+    const auto s = capture_scene(folder, "on_body = [-0.6, ", std::string("on_body = ") + handle);
+    const auto a = scene::assemble(s);
+    const auto j = nlohmann::json::parse(scene::info_json(s, a)).at("events");
+    ASSERT_EQ(j.size(), 4u);
+    EXPECT_EQ(j[0].at("event"), "capture of target by hand");
+    EXPECT_EQ(j[0].at("when"), "at 20 s");
+    EXPECT_EQ(j[0].at("reach_m"), 0.05);
+    EXPECT_FALSE(j[1].contains("apart_at_start_m")) << "a lock";
+    const double apart = j[0].at("apart_at_start_m");
+    square.push_back(apart * apart);
+    const auto text = scene::info_text(s, a);
+    EXPECT_TRUE(says(text, fmt::format("{:.4g} m apart at the start, reach 0.05 m", apart)))
+        << text;
+  }
+  EXPECT_LT(square[0], 0.1) << "they meet at 20 s";
+  EXPECT_NEAR(square[2] - 2 * square[1] + square[0], 2, 1e-12) << "of points on a line";
 }
 
 }  // namespace

@@ -38,6 +38,14 @@ std::optional<ConstraintFacts> constraint_facts(const Assembly& a);
 /// Effects that are active or absent, the steps and the records: a name and a sentence each.
 TextRows plan_rows(const Scene& s, const Assembly& a);
 
+/// An event of the scene: what happens, when, and of a capture how far its two points are apart at
+/// the start [m].
+struct EventFacts {
+  std::string what, when;
+  std::optional<double> apart = {}, reach = {};
+};
+std::vector<EventFacts> event_facts(const Scene& s, const Assembly& a);
+
 /// Joint properties in the model file that the simulation leaves out.
 struct LeftOut {
   std::string joint;
