@@ -148,7 +148,7 @@ Json Thinned::json() const {
             {"energy_rms", base64(rms)},
             {"linear", base64(length("linear_momentum_error"))},
             {"angular", base64(length("angular_momentum_error"))},
-            {"quaternion", base64(column("quaternion_norm_error"))},
+            {"quaternion", base64(length("quaternion_norm_error"))},
             {"step", base64(rate("time"))}};
   if (records_.has("sweeps")) j["sweeps"] = base64(rate("sweeps"));
   return j;

@@ -256,7 +256,8 @@ def _momenta_of(r: Result) -> list[Any]:
     """A panel of each error that is not 0, as each has a unit of its own; the first names those that are kept exactly."""
     size = lambda name: np.linalg.norm(r[name], axis=1)
     errors = {f"{w} momentum": (unit, size(f"{w}_momentum_error")) for w, unit in (("linear", "kg m/s"), ("angular", "kg m²/s")) if f"{w}_momentum_error" in r.names}
-    errors["quaternion norm"] = ("relative", r["quaternion_norm_error"])
+    if "quaternion_norm_error" in r.names:
+        errors["quaternion norm"] = ("relative", r["quaternion_norm_error"])
     judged = {c["name"].replace("_", " ") for c in r.summary["checks"]}
     kept = [f"{n}: 0 at every record, kept exactly" for n, (_, y) in errors.items() if not np.any(y) and n in judged]
 

@@ -1,6 +1,7 @@
 #include "scene/run/columns.h"
 
 #include <algorithm>
+#include <cstring>
 #include <set>
 
 namespace porthos::scene {
@@ -38,17 +39,20 @@ void add_state(std::vector<Column>& all, const phs::Description& d, const Record
   if (l.turns > 0) all.push_back({"turns", "1", l.turn(), l.turns, true, true});
 }
 
-/// Errors of invariants. A momentum that is none of the system's has no error, and no series.
+/// Errors of invariants. A momentum or a norm that is none of the system's has no error, and no
+/// series.
 void add_errors(std::vector<Column>& all, const phs::Description& d, const RecordLayout& l) {
   const auto has = [&](const char* name) {
-    return std::ranges::any_of(d.invariants, [&](const auto& i) { return i.name == name; });
+    return std::ranges::any_of(d.invariants, [&](const auto& i) {
+      return i.name == name || (i.name.starts_with(name) && i.name[std::strlen(name)] == '.');
+    });
   };
   all.push_back({"energy_error", "J", l.energy()});
   if (has("linear_momentum"))
     all.push_back({"linear_momentum_error", "kg m/s", l.linear(), 3, true});
   if (has("angular_momentum"))
     all.push_back({"angular_momentum_error", "kg m^2/s", l.angular(), 3, true});
-  all.push_back({"quaternion_norm_error", "1", l.quaternion()});
+  if (has("quaternion_norm")) all.push_back({"quaternion_norm_error", "1", l.quaternion()});
 }
 
 /// Adds the ledger. Observed quantities are impulses: N s, N m s.
