@@ -239,7 +239,8 @@ class PythonLaw {
     for (size_t k = 0; k < u.size(); ++k)
       if (again[k] != u[k] && (again[k] == again[k] || u[k] == u[k]))
         throw phs::LawFailure(
-            "the law gives " + number(u[k], 6) + " and then " + number(again[k], 6) +
+            "the law gives " + porthos::number(u[k], 6) + " and then " +
+            porthos::number(again[k], 6) +
             " for the same t, x and y: it remembers something, expected a function of these alone, "
             "or Network.control(name, [ports], object, period=...)");
   }
