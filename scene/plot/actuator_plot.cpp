@@ -134,7 +134,9 @@ std::string curves_of(const std::string& title, const vsa::Elastic& e,
 }  // namespace
 
 std::string datasheet_plot(const vsa::Device& d) {
-  return curves_of(d.title, *vsa::elastic_of(d), d.sigma, d.deflection, d.theta, false);
+  const auto e = vsa::elastic_of(d);
+  const bool found = e->traits().family == "tabulated";  // of a table the energy is found
+  return curves_of(d.title, *e, d.sigma, d.deflection, d.theta, found);
 }
 
 std::string spring_plot(const JointActuator& a) {

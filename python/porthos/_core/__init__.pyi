@@ -1033,6 +1033,7 @@ class Network:
     def source(self, name: str, port: str, v: Function, component: int = 0) -> Network:
         """u += v(t)."""
         ...
+    @typing.overload
     def control(self, name: str, port: str, law: Law, *, period: float = 0.0, encoder: list[str] = [], sensors: list[str] = []) -> Network:
         """A controller on a port of any size: u += kappa(t, x, y), x the state of the port's member. Its power is in the ledger as
         `name`, and nothing asks it to be passive.
@@ -1040,6 +1041,18 @@ class Network:
         period [s], a whole number of steps; 0: continuously. A sampled one is held between the instants k period; `name` is then
         what kappa would have supplied all the time, and `name`.hold what the hold adds. encoder: coordinates
         ('<member>.<block>'), it sees their mean flow over the last period. sensors: ports whose outputs kappa sees too.
+        kappa is a function of t, x and y alone and is called at other times too; a law that remembers something takes a list of ports.
+        """
+        ...
+    @typing.overload
+    def control(self, name: str, ports: list[str], law: Any, *, period: float, memory: int = 0) -> Network:
+        """A sampled controller that remembers, on ports of one member: law(t, x, y) -> u is called at the instants k period
+        alone, in turn, and u is held until the next. x: the state of the member, angles unwrapped; y, u: outputs and inputs of the
+        ports, one after another. The ledger lists its power as `name`.
+
+        law: an object whose attributes are its memory. They must be what pickle takes, or the object has __getstate__ and
+        __setstate__, or stateless = True. Runs use copies of it: it stays as it is, and each run begins with it. memory: bytes that it may
+        need; 0: twice those of the start and 4096 more. Raises InvalidArgument for ports of two members, LawFailure where the law fails.
         """
         ...
     @typing.overload
@@ -1405,7 +1418,7 @@ class Gradient:
         ...
     @property
     def start_along(self) -> NDArray[numpy.float64]:
-        """The change of start along the direction, d2J/dx2 times it, (nx,); empty without one."""
+        """The change of start along the direction, (nx,): d2J/dx2 times it, and that by its parameters; empty without one."""
         ...
     @property
     def parameters_along(self) -> dict:
@@ -1572,7 +1585,7 @@ def check(model: Model, *, samples: int = 32, spread: float = 1.0, tolerance: fl
     ...
 
 def law(f: Callable[..., Any]) -> Law:
-    """f(t, x, y) -> u as a Law: x the state of the system it acts on, y the output of its port, u the input there. See UserModel for what the arrays hold."""
+    """f(t, x, y) -> u as a Law: x the state of the system it acts on, y the output of its port, u the input there. A function of these alone: InvalidArgument in the run if it gives two answers. See UserModel for what the arrays hold; of laws that remember see Network.control."""
     ...
 
 def function(f: Callable[..., Any]) -> Function:
@@ -1945,7 +1958,7 @@ def judge_into(file: str, model: str, map: str, out: str) -> str:
     """Judges a trajectory into a folder: summary.json."""
     ...
 
-def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'gauss16', end: Any = None, sampled: Any = None, running: Any = None, memory: int = 67108864, direction: Any = None, end_curvature: Any = None, sampled_curvature: Any = None, running_curvature: Any = None) -> Gradient:
+def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'gauss16', end: Any = None, sampled: Any = None, running: Any = None, memory: int = 67108864, direction: Any = None, parameter_direction: Any = None, end_curvature: Any = None, sampled_curvature: Any = None, running_curvature: Any = None) -> Gradient:
     """The gradient of a run of `steps` steps [s] from the state x (nx,), by the discrete adjoint: exact to rounding for
     the numbers the run computes. It takes the time of a few runs, however many parameters there are.
 
@@ -1957,7 +1970,7 @@ def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'ga
 
     direction (nx,): a change of the start, along which the gradient is differentiated too: start_along is the product of the
     Hessian of J with it, parameters_along that of the mixed derivatives, exact to rounding as the gradient (tangent over
-    adjoint). end_curvature and the others are functions of (t, x, v) that return the Hessian of their part times v; without
+    adjoint). parameter_direction: a change of parameters by name, {"link_3.mass": 1.0}, which the direction goes along too. end_curvature and the others are functions of (t, x, v) that return the Hessian of their part times v; without
     one, its gradient is differenced, with an error of some 1e-10.
 
     Raises InvalidArgument for a method without it (docs/derivatives.md, "What is covered"), a model with constraints or
@@ -1965,7 +1978,7 @@ def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'ga
     """
     ...
 
-def gradient_of_scene(scene: SceneData, assembly: Assembly, end: Any, sampled: Any, running: Any, memory: int, direction: Any, end_curvature: Any, sampled_curvature: Any, running_curvature: Any) -> Gradient:
+def gradient_of_scene(scene: SceneData, assembly: Assembly, end: Any, sampled: Any, running: Any, memory: int, direction: Any, parameter_direction: Any, end_curvature: Any, sampled_curvature: Any, running_curvature: Any) -> Gradient:
     """What Scene.gradient() calls."""
     ...
 
