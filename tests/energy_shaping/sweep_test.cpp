@@ -53,7 +53,7 @@ TEST(Sweep, TorquesStayWithinTheirLimits) {
     EXPECT_GT(free[i].peak, o.limits[0]);
     EXPECT_EQ(results[i].peak, o.limits[0]);
     const double rest = one->instantiate<double>()->hamiltonian(one->rest());
-    agrees("H_d left", results[i].left, (run.H.back() - rest) / (run.H.front() - rest), 1e-4);
+    agrees("H_d left", results[i].residual, (run.H.back() - rest) / (run.H.front() - rest), 1e-4);
   }
   o.limits = {1, 1};
   EXPECT_NE(refusal([&] { (void)sweep(*loop, gains, o); }), "");
