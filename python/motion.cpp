@@ -70,14 +70,14 @@ py::tuple motion_of(const py::object& run, std::int64_t most) {
   if (const py::object folder = run.attr("folder"); !folder.is_none())
     return as_tuple(motion_in(folder.cast<std::filesystem::path>(), most, std::move(mechanism)));
   const InMemory r(run);
-  return as_tuple({r.at("time", evenly(r.count(), most)), panels_of(r, *mechanism, {}, most)});
+  return as_tuple({r.at("time", thinned(r.count(), most)), panels_of(r, *mechanism, {}, most)});
 }
 
 py::tuple states_of_run(const py::object& run, std::int64_t most) {
   if (const py::object folder = run.attr("folder"); !folder.is_none())
     return as_tuple(states_in(folder.cast<std::filesystem::path>(), most));
   const InMemory r(run);
-  return as_tuple({r.at("time", evenly(r.count(), most)), states_of(r, most)});
+  return as_tuple({r.at("time", thinned(r.count(), most)), states_of(r, most)});
 }
 
 py::list residual_of(const std::vector<double>& t, const std::vector<double>& error,

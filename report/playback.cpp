@@ -161,7 +161,7 @@ Json motion(const Stage& stage, std::int64_t most) {
   }
   std::vector<double> holes;
   if (stage.recorded) holes = scene::before_holes(r.column("time"));
-  return {{"t", base64(r.at("time", evenly(r.count(), most)))},
+  return {{"t", base64(r.at("time", scene::thinned(r.count(), most)))},
           {"holes", base64(holes)},
           {"panels", panels}};
 }

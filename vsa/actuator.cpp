@@ -247,8 +247,7 @@ std::shared_ptr<const phs::Model> actuator_model(const Actuator& a) {
   if (a.damping > 0 && !has_rotor(a.theta) && a.theta.kind != Kind::fixed)
     refuse_actuator(
         "damping between link and rotor is given, but theta has no rotor: expected a drive by "
-        "torque or "
-        "position, or an element of type damper");
+        "torque or position; an element of type damper brakes the joint, not the spring");
   if (!(a.damper_limit > 0))
     refuse_actuator(
         fmt::format("damper_limit is {}, expected more than 0 N m s/rad", a.damper_limit));

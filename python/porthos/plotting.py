@@ -30,8 +30,12 @@ DASHES: list[Any] = ["-", (0, (4, 2)), (0, (1.2, 1.8)), (0, (7, 2, 1.2, 2)), (0,
 
 
 def thinned(t: np.ndarray, most: int = 3000) -> np.ndarray:
-    """Indices of at most so many records, the last among them."""
-    return np.unique(np.linspace(0, len(t) - 1, min(len(t), most)).astype(int))
+    """Indices of at most so many records for a line, the first and the last among them: one of each of equal parts, anywhere in it
+    but always the same. Equal distances would show a fast swing as a slow one."""
+    if len(t) <= most:
+        return np.arange(len(t))
+    edges = 1 + np.arange(most - 1) * (len(t) - 2) // (most - 2)
+    return np.concatenate(([0], np.random.default_rng(0).integers(edges[:-1], edges[1:]), [len(t) - 1]))
 
 
 def _style(ax: "Axes", title: str, unit: str) -> None:

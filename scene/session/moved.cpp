@@ -51,7 +51,7 @@ void add_state(std::vector<TracePanel>& panels, const Records& records, const st
 }  // namespace
 
 std::vector<TracePanel> states_of(const Records& records, std::int64_t most) {
-  const auto shown = evenly(records.count(), most);
+  const auto shown = thinned(records.count(), most);
   const auto angles = records.columns("turns");
   const auto turns = records.at("turns", shown);
   std::vector<TracePanel> panels;
@@ -82,7 +82,7 @@ std::vector<double> holes_in(const Records& records, const std::string& method) 
 std::vector<TracePanel> panels_of(const Records& r, const mechanics::Mechanism& m,
                                   const std::vector<Spring>& springs, std::int64_t most,
                                   const WholeRun& whole) {
-  const auto shown = evenly(r.count(), most);
+  const auto shown = thinned(r.count(), most);
   const auto series = [&](const std::string& name) { return r.at(name, shown); };
   MotionRecords records{series("time"), r.columns("turns"), series};
   records.whole = whole;
@@ -182,7 +182,7 @@ Motion over_phases(const fs::path& folder, const std::vector<std::unique_ptr<Rec
   const auto each = std::max<std::int64_t>(most / std::int64_t(phases.size()), 2);
   for (size_t k = 0; k < phases.size(); ++k) {
     const size_t before = whole.t.size();
-    for (const double t : phases[k]->at("time", evenly(phases[k]->count(), each)))
+    for (const double t : phases[k]->at("time", thinned(phases[k]->count(), each)))
       whole.t.push_back(t);
     if (k > 0 && whole.t.size() > before)
       whole.marks.push_back({whole.t[before], name_of_phase(k, whole.t[before], happened)});

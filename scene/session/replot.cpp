@@ -89,7 +89,8 @@ std::vector<size_t> shown_of(const std::vector<double>& t, const TimeSpan& span)
   std::vector<size_t> inside, shown;
   for (size_t i = 0; i < t.size(); ++i)
     if (t[i] >= span.from && t[i] <= span.to) inside.push_back(i);
-  for (const auto k : ledger_rows(std::int64_t(inside.size()))) shown.push_back(inside[size_t(k)]);
+  for (const auto k : thinned(std::int64_t(inside.size()), most_of_ledger))
+    shown.push_back(inside[size_t(k)]);
   return shown;
 }
 
@@ -242,14 +243,6 @@ std::vector<TracePanel> split(const std::vector<TracePanel>& panels) {
 }
 
 }  // namespace
-
-std::vector<std::int64_t> ledger_rows(std::int64_t count) {
-  const std::int64_t every = std::max<std::int64_t>(1, count / 750);
-  std::vector<std::int64_t> rows;
-  for (std::int64_t k = 0; k < count; ++k)
-    if (k % every == 0 || k + 1 == count) rows.push_back(k);
-  return rows;
-}
 
 LedgerSeries ledger_of(const Records& records, const RunReport& r, const TimeSpan& span) {
   const auto t = records.column("time"), error = records.column("energy_error");

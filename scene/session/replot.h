@@ -22,8 +22,7 @@ struct TimeSpan {
   bool whole() const { return !(from > -HUGE_VAL) && !(to < HUGE_VAL); }
 };
 
-/// Of so many records those in a picture of the ledger: about 750, equally far apart, and the last.
-std::vector<std::int64_t> ledger_rows(std::int64_t count);
+inline constexpr std::int64_t most_of_ledger = 750;  ///< records in a plot of the ledger
 /// The ledger of a run in a span, or in the whole if the span has next to no records.
 /// @throws InvalidArgument as Records::column()
 LedgerSeries ledger_of(const Records& records, const RunReport& report, const TimeSpan& span = {});

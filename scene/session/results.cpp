@@ -42,7 +42,7 @@ std::vector<double> holes(const Scene& scene, const Assembly& assembly, const Ru
 std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport& r,
                    const fs::path& log) {
   const auto rows = open_log(log, assembly.model->description(), RecordLayout(scene, assembly),
-                             ledger_rows(r.records));
+                             thinned(r.records, most_of_ledger));
   LedgerSeries s = ledger_of(*rows, r);
   s.holes = holes(scene, assembly, r, log);
   return ledger_plot(s, scene.title, plot_subtitle(r));
@@ -53,7 +53,7 @@ std::string motion(const Scene& scene, const Assembly& assembly, const RunReport
                    const fs::path& log) {
   if (!assembly.mechanism) return "";
   const auto rows = open_log(log, assembly.model->description(), RecordLayout(scene, assembly),
-                             evenly(r.records, most_of_motion));
+                             thinned(r.records, most_of_motion));
   auto panels = panels_of(*rows, *assembly.mechanism, springs_of(scene), most_of_motion);
   const auto gaps = holes(scene, assembly, r, log);
   for (TracePanel& p : panels) p.holes = gaps;

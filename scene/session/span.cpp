@@ -16,7 +16,7 @@ TraceLine cut_line(const TraceLine& l, const TimeSpan& span, std::int64_t most) 
   std::vector<size_t> inside;
   for (size_t i = 0; i < l.t.size(); ++i)
     if (l.t[i] >= span.from && l.t[i] <= span.to) inside.push_back(i);
-  for (const auto k : evenly(std::int64_t(inside.size()), most)) {
+  for (const auto k : thinned(std::int64_t(inside.size()), most)) {
     const size_t i = inside[size_t(k)];
     part.t.push_back(l.t[i]);
     part.value.push_back(l.value[i]);
