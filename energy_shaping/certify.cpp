@@ -111,7 +111,10 @@ class LimitReached {
   double level() const { return rest_ + least_; }  ///< H_d, infinite where none was reached
   std::string text(double depth) const {
     if (limits_.empty()) return "";
-    return least_ < depth ? fmt::format("; it acts from c - H_d(rest) = {:.3g} up", least_)
+    return least_ < depth ? fmt::format(
+                                "; of the states sampled it acts from c - H_d(rest) = {:.3g} up, "
+                                "of others from less",
+                                least_)
                           : "; it does not act below c";
   }
 

@@ -69,6 +69,28 @@ LinearPlant linear_plant(const phs::Model& plant, std::span<const double> x,
   return of;
 }
 
+/// Where the plant accelerates, q'' = M⁻¹ p' has a slope of M(q) too: -M⁻¹ (∂M/∂q_j) q''.
+void add_change_of_inertia(const mechanics::MechanicalModel& plant, const std::vector<double>& x,
+                           std::span<const double> u, const std::vector<double>& mass, Matrix& A) {
+  const auto& m = plant.mechanism();
+  const size_t n = size_t(m.nq());
+  std::vector<double> in(u.begin(), u.end()), dx(x.size());
+  in.resize(size_t(plant.description().nu));
+  plant.instantiate<double>()->field(0.0, x, in, dx);
+  const auto acceleration =
+      phs::linear_solve(n, mass, std::vector<double>(dx.begin() + long(n), dx.end()));
+  mechanics::Workspace<phs::Dual> w(m);
+  std::vector<phs::Dual> q(x.begin(), x.begin() + long(n)), M(n * n);
+  phs::along_each(q, [&](size_t j) {
+    mechanics::crba<phs::Dual>(m, w, q, M);
+    std::vector<double> force(n, 0.0);
+    for (size_t k = 0; k < n; ++k)
+      for (size_t i = 0; i < n; ++i) force[i] += M[i + n * k].d * acceleration[k];
+    const auto slope = phs::linear_solve(n, mass, force);
+    for (size_t i = 0; i < n; ++i) A(int(n + i), int(j)) -= slope[i];
+  });
+}
+
 LinearPlant linear_plant_in_rates(const mechanics::MechanicalModel& plant,
                                   std::span<const double> q, std::span<const double> u) {
   const auto& m = plant.mechanism();
@@ -95,7 +117,9 @@ LinearPlant linear_plant_in_rates(const mechanics::MechanicalModel& plant,
       out(n + i, n + j) = column[size_t(i)];
     }
   }
-  return {out * of.A * in, out * of.B};
+  LinearPlant rates{out * of.A * in, out * of.B};
+  add_change_of_inertia(plant, x, u, mass, rates.A);
+  return rates;
 }
 
 HeldLoop held_loop(const phs::Model& plant, const std::vector<PortLaw>& laws,

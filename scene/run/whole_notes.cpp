@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 
 namespace porthos::scene {
@@ -76,8 +77,11 @@ void PhaseNotes::add(RunReport& whole, const RunReport& phase, double from) {
 }
 
 void PhaseNotes::finish(RunReport& whole) {
+  const auto phases = long(whole.notes.size());
   note_delivered(whole);
   if (!newton_.empty() && newton_matters(whole)) whole.notes.push_back(newton_);
+  // First, as the last of a phase may tell why the run ended.
+  std::rotate(whole.notes.begin(), whole.notes.begin() + phases, whole.notes.end());
 }
 
 }  // namespace porthos::scene

@@ -258,7 +258,7 @@ TEST_F(SmallCommands, BashCompletes) {
         .out;
   };
   EXPECT_EQ(complete("porthos sche"), "schema\n");
-  EXPECT_EQ(complete("porthos run --no"), "--no-report\n");
+  EXPECT_EQ(complete("porthos run --no"), "--no-report --no-meshes\n");
   EXPECT_EQ(complete("porthos run --method gauss16"), "gauss16\n");
   EXPECT_EQ(complete("porthos completion z"), "zsh\n");
   EXPECT_EQ(complete("porthos run --nothing"), "\n");

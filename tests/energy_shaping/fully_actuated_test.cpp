@@ -147,7 +147,9 @@ TEST(FullyActuated, AHangingJointWithoutActuatorIsHelped) {
     EXPECT_NE(text.find(part), text.npos) << text;
   };
   EXPECT_EQ(why(hangs, false, true), "");
-  says(why(hangs, true, false), "at 'lower_joint': drive it, or keep the model's gravity");
+  says(why(hangs, true, false),
+       "joint 'lower_joint' needs a force no actuator provides: drive it, or keep the model's "
+       "gravity");
   says(why(hangs, true, false), "constant_compensation = true");
   says(why(hangs, false, false), "rest point fails");
   says(why(hangs, false, false), "constant_compensation = true");
@@ -301,7 +303,9 @@ TEST(FloatingBase, AttitudeByWheelsAndArm) {
   auto undriven = s;
   std::erase(undriven.actuators, "wheel_z.torque");
   std::erase_if(undriven.damping, [](const auto& d) { return d.port == "wheel_z.torque"; });
-  EXPECT_NE(refusal([&] { PotentialLoop(m, undriven); }).find("at 'wheel_z': drive it"),
+  EXPECT_NE(refusal([&] {
+              PotentialLoop(m, undriven);
+            }).find("joint 'wheel_z' needs a force no actuator provides: drive it"),
             std::string::npos)
       << refusal([&] { PotentialLoop(m, undriven); });
   Vec q = m->mechanism().neutral();
@@ -337,7 +341,7 @@ TEST(FullyActuated, RefusesWithTheReason) {
       {refusal([&] { PotentialLoop(a, unknown); }), "no port 'elbow.torque'"},
       {refusal([&] { PotentialLoop(a, negative); }), "damping of 'joint_0.torque' is -1"},
       {refusal([&] { PotentialLoop(a, unactuated); }),
-       "; at 'joint_0': drive it, or keep the model's gravity"},
+       "joint 'joint_0' needs a force no actuator provides: drive it, or keep the model's gravity"},
       {refusal([&] { PotentialLoop(a, moved); }), "rest point fails"},
       {refusal([&] { PotentialLoop(m, thrust); }), "rest has 2 entries, expected 7"}};
   for (const auto& [got, expected] : cases) {

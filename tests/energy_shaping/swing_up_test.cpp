@@ -12,7 +12,10 @@
 #include "energy_shaping/held_loop.h"
 #include "energy_shaping/joint_swing_up.h"
 #include "energy_shaping/lqr.h"
+#include "mechanics/crba.h"
+#include "phs/linear_algebra/linear_algebra.h"
 #include "tests/energy_shaping/robots.h"
+#include "tests/support/bounds.h"
 
 namespace porthos::energy_shaping::swing_up_test {
 namespace {
@@ -224,6 +227,49 @@ TEST(Lqr, NamesTheCoordinateWithoutAWeight) {
   EXPECT_NE(unreached.find("Riccati equation fails: inf, expected at most"), std::string::npos)
       << unreached;
   EXPECT_NE(unreached.find("no actuator reaches"), std::string::npos);
+}
+
+/// q'' of an arm at rest that nothing balances, by its coordinates: against central differences of
+/// M(q)^-1 p'. Its inertia changes too.
+TEST(LinearPlant, InRatesHasTheChangeOfInertiaWhereThePlantAccelerates) {
+  const auto model = test::arm(3, 0.2);
+  const auto& m = model->mechanism();
+  const std::vector<double> q{0.5, -0.3, 0.4}, u{3, 1, 0};
+  const auto system = model->instantiate<double>();
+  mechanics::Workspace<double> w(m);
+  const auto acceleration = [&](std::vector<double> x) {
+    std::vector<double> M(9), dx(6);
+    mechanics::crba<double>(m, w, x, M);
+    x.resize(6, 0.0);
+    system->field(0.0, x, u, dx);
+    return phs::linear_solve(3, M, std::vector<double>(dx.begin() + 3, dx.end()));
+  };
+  const auto A = linear_plant_in_rates(*model, q, u).A;
+  const double h = 1e-5;
+  double worst = 0, largest = 0;
+  for (size_t j = 0; j < 3; ++j) {
+    auto more = q, less = q;
+    more[j] += h;
+    less[j] -= h;
+    const auto a = acceleration(more), b = acceleration(less);
+    for (size_t i = 0; i < 3; ++i) {
+      worst = std::max(worst, std::fabs(A(int(3 + i), int(j)) - (a[i] - b[i]) / (2 * h)));
+      largest = std::max(largest, std::fabs(a[i] - b[i]) / (2 * h));
+    }
+  }
+  test::keeps("slopes of q'' by q, relative to the largest", worst / largest, 1e-8);
+  // Without the change of M they are M^-1 of the slopes of p'.
+  std::vector<double> x = q, M(9);
+  x.resize(6, 0.0);
+  mechanics::crba<double>(m, w, q, M);
+  const auto frozen = linear_plant(*model, x, u).A;
+  double off = 0;
+  for (int j = 0; j < 3; ++j) {
+    const auto slopes =
+        phs::linear_solve(3, M, std::vector<double>{frozen(3, j), frozen(4, j), frozen(5, j)});
+    for (int i = 0; i < 3; ++i) off = std::max(off, std::fabs(slopes[size_t(i)] - A(3 + i, j)));
+  }
+  test::breaks("without the change of the inertia", off / largest, 0.1);
 }
 
 /// The upright pendulum with friction 0.3 and u* at an angle where gravity needs it: θ'' = 9.81/1.1
