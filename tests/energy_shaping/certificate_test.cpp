@@ -342,7 +342,8 @@ TEST(Certify, LimitsOfTheInputsActInTheRuns) {
   const auto says = [](const Certificate& c, const char* item, const char* part) {
     return c.item(item).text.find(part) != std::string::npos;
   };
-  EXPECT_TRUE(says(limited, "input on the basin", "% of its limit; it acts from c - H_d(rest) = "));
+  EXPECT_TRUE(says(limited, "input on the basin",
+                   "% of its limit; of the states sampled it acts from c - H_d(rest) = "));
   EXPECT_FALSE(says(free, "input on the basin", "limit"));
   // The basin is that of the law without it, and so it says.
   EXPECT_TRUE(says(limited, "basin, c - H_d(rest)", "leaves by the law without its limit; "));
