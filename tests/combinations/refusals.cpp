@@ -55,10 +55,10 @@ const std::vector<Refusal>& refusals() {
        "the jump on the wrong side, and without a ledger of its own its impulse is not known to "
        "rounding."},
       {controls,
-       {"radau15", "reference solver, cvode_adams", "auto", "time stepping"},
+       {"reference solver, cvode_adams", "auto", "time stepping"},
        "The method chooses the steps itself, or a step of one size is what is chosen."},
       {{"steps reversible"},
-       {"rk4", "tao4"},
+       {"rk4", "tao4", "radau15"},
        "A reversible control keeps the reversibility a symmetric method has (Hairer, Soderlind "
        "2005). These have none."},
       {controls, orbits,
