@@ -391,9 +391,9 @@ console.log("playback");
   expect(acts.ticks === 4, `${acts.ticks} events on the slider`);
   // The banner of an event: while it plays, for three seconds of watching.
   const banner = await capture.tab.evaluate(() => {
-    const s = porthos.stage, e = porthos.data.summary.events[0].at_s, on = () => document.querySelector(".flash").classList.contains("on"), look = async (t) => { await new Promise((f) => setTimeout(f, 100)); s.time = t; s.onTime(t); return on(); };
+    const s = porthos.stage, e = porthos.data.summary.events[0].at_s, on = () => document.querySelector(".flash").classList.contains("on"), look = async (t, playing = true) => { s.playing = false; await new Promise((f) => setTimeout(f, 120)); s.playing = playing; s.time = t; s.onTime(t); const seen = on(); s.playing = false; return seen; };
     s.rate = 2;
-    return (async () => { s.playing = true; const seen = [await look(e - 0.5), await look(e + 5), await look(e + 7)]; await look(e + 5); s.play(false); return [...seen, await look(e + 5)].join(); })();
+    return (async () => [await look(e - 0.5), await look(e + 5), await look(e + 7), await look(e + 5, false)].join())();  // no frame between: words wait for 80 ms
   });
   expect(banner === "false,true,false,false", `the banner of an event before it, after 2.5 s, after 3.5 s, at rest: ${banner}`);
   await capture.tab.close();

@@ -206,8 +206,8 @@ TEST(TimeAxis, OfALatePartTellsItsTicksApart) {
   }
 }
 
-// A part is thinned by what it has itself: of 4000 records the quarter shows its 1000, or as many as
-// a panel has.
+// A part is thinned by what it has itself: of 4000 records the quarter shows its 1000, or as many
+// as a panel has.
 TEST(Replot, APartOfALongRunIsNotThinnedAsTheWhole) {
   const TemporaryFolder folder;
   run_arm(folder,
