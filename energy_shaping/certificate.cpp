@@ -35,11 +35,6 @@ bool stands_open(const CertificateItem& i) {
   return i.finding == Finding::fails || i.finding == Finding::not_judged;
 }
 
-/// Without the sign that a NaN may have.
-double unsigned_nan(double x) {
-  return std::isnan(x) ? std::numeric_limits<double>::quiet_NaN() : x;
-}
-
 std::string list(std::span<const double> numbers) {
   std::string s;
   for (const double x : numbers)

@@ -9,6 +9,11 @@ namespace porthos::energy_shaping {
 /// it could not be checked, and the item's text says why.
 enum class Finding { holds, fails, reported, not_judged };
 
+/// For texts: without the sign that a NaN may have.
+inline double unsigned_nan(double x) {
+  return x == x ? x : std::numeric_limits<double>::quiet_NaN();
+}
+
 /// One line of a certificate: a condition with its number and bound, or a figure that is reported
 /// without a bound.
 struct CertificateItem {

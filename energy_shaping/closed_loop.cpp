@@ -33,10 +33,10 @@ void refuse_failure(const Certificate& certificate) {
   const CertificateItem* i = certificate.failure();
   if (!i) return;
   const std::string what = remedy(*i);
-  const bool nan = std::isnan(i->value);
-  const std::string measured = fmt::format(
-      "{}, expected {} {:.3g} ({})", nan ? "nan" : fmt::format("{:.4g}", i->value),
-      nan || i->value > i->bound ? "at most" : "at least", i->bound, certificate.about(*i));
+  const std::string measured =
+      fmt::format("{:.4g}, expected {} {:.3g} ({})", unsigned_nan(i->value),
+                  std::isnan(i->value) || i->value > i->bound ? "at most" : "at least", i->bound,
+                  certificate.about(*i));
   if (i->name == UnheldForce::condition)  // its remedy begins with the joint
     throw InvalidArgument(
         fmt::format("{}: {}; {}: {}", certificate.title(), what, i->name, measured));

@@ -44,6 +44,34 @@ double radius(const HeldLoop& of, double h, int delay) {
   return most;
 }
 
+/// q'' = M⁻¹ p' at rest has a slope of M(q) too where the plant accelerates: -M⁻¹ (∂M/∂q_j) q''.
+/// @param to_rates  M⁻¹ behind the coordinates
+void add_change_of_inertia(const mechanics::MechanicalModel& plant, const std::vector<double>& x,
+                           std::span<const double> u, const Matrix& to_rates, Matrix& A) {
+  const auto& m = plant.mechanism();
+  const int n = m.nq();
+  std::vector<double> in(u.begin(), u.end()), dx(x.size());
+  in.resize(size_t(plant.description().nu));
+  plant.instantiate<double>()->field(0.0, x, in, dx);
+  const auto rates = [&](std::vector<double> momenta) {
+    Matrix column(2 * n, 1);
+    column.a = std::move(momenta);
+    return (to_rates * column).a;
+  };
+  const auto acceleration = rates(dx);  // behind q', which is 0
+  mechanics::Workspace<phs::Dual> w(m);
+  std::vector<phs::Dual> q(x.begin(), x.begin() + n), M(size_t(n) * size_t(n));
+  phs::along_each(q, [&](size_t j) {
+    mechanics::crba<phs::Dual>(m, w, q, M);
+    std::vector<double> force(x.size(), 0.0);
+    for (int k = 0; k < n; ++k)
+      for (int i = 0; i < n; ++i)
+        force[size_t(n + i)] += M[size_t(i + n * k)].d * acceleration[size_t(n + k)];
+    const auto slope = rates(force);
+    for (int i = n; i < 2 * n; ++i) A(i, int(j)) -= slope[size_t(i)];
+  });
+}
+
 }  // namespace
 
 LinearPlant linear_plant(const phs::Model& plant, std::span<const double> x,
@@ -67,28 +95,6 @@ LinearPlant linear_plant(const phs::Model& plant, std::span<const double> x,
   phs::along_each(at, [&](size_t j) { column(of.A, j); });
   phs::along_each(in, [&](size_t j) { column(of.B, j); });
   return of;
-}
-
-/// Where the plant accelerates, q'' = M⁻¹ p' has a slope of M(q) too: -M⁻¹ (∂M/∂q_j) q''.
-void add_change_of_inertia(const mechanics::MechanicalModel& plant, const std::vector<double>& x,
-                           std::span<const double> u, const std::vector<double>& mass, Matrix& A) {
-  const auto& m = plant.mechanism();
-  const size_t n = size_t(m.nq());
-  std::vector<double> in(u.begin(), u.end()), dx(x.size());
-  in.resize(size_t(plant.description().nu));
-  plant.instantiate<double>()->field(0.0, x, in, dx);
-  const auto acceleration =
-      phs::linear_solve(n, mass, std::vector<double>(dx.begin() + long(n), dx.end()));
-  mechanics::Workspace<phs::Dual> w(m);
-  std::vector<phs::Dual> q(x.begin(), x.begin() + long(n)), M(n * n);
-  phs::along_each(q, [&](size_t j) {
-    mechanics::crba<phs::Dual>(m, w, q, M);
-    std::vector<double> force(n, 0.0);
-    for (size_t k = 0; k < n; ++k)
-      for (size_t i = 0; i < n; ++i) force[i] += M[i + n * k].d * acceleration[k];
-    const auto slope = phs::linear_solve(n, mass, force);
-    for (size_t i = 0; i < n; ++i) A(int(n + i), int(j)) -= slope[i];
-  });
 }
 
 LinearPlant linear_plant_in_rates(const mechanics::MechanicalModel& plant,
@@ -118,7 +124,7 @@ LinearPlant linear_plant_in_rates(const mechanics::MechanicalModel& plant,
     }
   }
   LinearPlant rates{out * of.A * in, out * of.B};
-  add_change_of_inertia(plant, x, u, mass, rates.A);
+  add_change_of_inertia(plant, x, u, out, rates.A);
   return rates;
 }
 

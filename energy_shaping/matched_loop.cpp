@@ -15,13 +15,11 @@ namespace {
   throw InvalidArgument("energy shaping '" + design + "': " + why);
 }
 
-std::string number_text(double x) { return std::isnan(x) ? "nan" : fmt::format("{:g}", x); }
-
 void check_gains(const Shaping& s) {
   for (const Gain& g : s.gains())
     if (!std::isfinite(g.value))
-      refuse_design(s.name(), fmt::format("gain '{}' is {}, expected a finite number", g.name,
-                                          number_text(g.value)));
+      refuse_design(s.name(), fmt::format("gain '{}' is {:g}, expected a finite number", g.name,
+                                          unsigned_nan(g.value)));
 }
 
 /// Checks a plant as far as its description allows.

@@ -10,6 +10,7 @@
 #include "scene/plot/motion.h"
 #include "scene/plot/plot.h"
 #include "scene/plot/svg.h"
+#include "scene/run/row_times.h"
 #include "scene/session/moved.h"
 
 namespace porthos::python {
@@ -118,6 +119,13 @@ void bind_motion(py::module_& m) {
   m.def("residual_panel", &residual_of, arg("t"), arg("error"), arg("limit") = py::none(),
         "What energy_error.svg shows of a series of relative errors, reduced to 1500 columns: "
         "(name, stroke, t, value, low), stroke one of line, band, guide, limit.");
+  m.def("thinned", &thinned, arg("count"), arg("most"),
+        "Which of `count` records a line of at most `most` shows: one of each of equal parts, "
+        "anywhere in it but always the same.");
+  m.def("is_held", &is_held, arg("values"),
+        "Whether a series is held between instants, and drawn as stairs.");
+  m.def("before_holes", &before_holes, arg("times"),
+        "The instants of the rows behind which others are missing [s].");
   m.def(
       "line_colours",
       [] { return std::vector<std::string>(colour::lines.begin(), colour::lines.end()); },

@@ -51,6 +51,9 @@ struct ElasticTraits {
   /// The deflections that were measured; outside of them the energy is extrapolated [rad].
   double measured_from = -HUGE_VAL, measured_to = HUGE_VAL;
   std::string remark = {};  ///< what costs its users accuracy, a sentence; empty: nothing known
+  /// Where the third derivative of a formula by φ jumps most, as of |φ|³ at 0: steps over this
+  /// deflection lose their order [rad]. NaN: nowhere, or another energy.
+  double kink = NAN;
 };
 
 /// One energy with its derivatives in every scalar. Immutable, shared between threads. No

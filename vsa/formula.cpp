@@ -171,6 +171,7 @@ Jump largest_jump(const F& f, double most, double least) {
   return largest;
 }
 
+/// ElasticTraits::kink.
 double kink_of(const FormulaEnergy& energy, const Limits& l, bool with_sigma) {
   const double most = std::min(l.deflection, M_PI);
   for (const double sigma : looked_at(l, with_sigma)) {
@@ -183,13 +184,6 @@ double kink_of(const FormulaEnergy& energy, const Limits& l, bool with_sigma) {
   }
   return NAN;
 }
-
-/// With the place of its kink.
-struct Kinked final : ElasticOf<FormulaEnergy> {
-  Kinked(FormulaEnergy energy, ElasticTraits traits, double at)
-      : ElasticOf(std::move(energy), std::move(traits)), kink(at) {}
-  double kink;
-};
 
 /// A remark on a stiffness that jumps; refuses torques that do, which no method can follow.
 std::string checked_kinks(const Elastic& e, bool with_sigma) {
@@ -237,13 +231,8 @@ ElasticPtr formula(const Formula& p, const Limits& l) {
   check_poles(*e, with_sigma);
   if (!energy.formula.has_kinks()) return e;
   traits.remark = checked_kinks(*e, with_sigma);
-  const double kink = kink_of(energy, traits.limits, with_sigma);
-  return std::make_shared<Kinked>(std::move(energy), std::move(traits), kink);
-}
-
-double kink_of(const Elastic& energy) {
-  const auto* kinked = dynamic_cast<const Kinked*>(&energy);
-  return kinked ? kinked->kink : NAN;
+  traits.kink = kink_of(energy, traits.limits, with_sigma);
+  return make_elastic(std::move(energy), std::move(traits));
 }
 
 }  // namespace porthos::vsa

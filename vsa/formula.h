@@ -25,8 +25,4 @@ struct Formula {
 /// of σ, a place where the energy does not meet these conditions, or a pole
 ElasticPtr formula(const Formula& p, const Limits& l = {});
 
-/// Where the third derivative by φ of an energy of formula() jumps most, as |φ|³ does at 0: steps
-/// over this deflection lose their order [rad]. NaN: nowhere, or another energy.
-double kink_of(const Elastic& energy);
-
 }  // namespace porthos::vsa

@@ -170,12 +170,6 @@ class NetworkModel : public ModelFor<NetworkModel> {
 
   /// The offset of a member's state. @throws InvalidArgument for an unknown name
   int offset(const std::string& member) const;
-  /// Numbers of inputs of a port, and of states of its member.
-  struct PortSizes {
-    int inputs, states;
-  };
-  /// @throws InvalidArgument for an unknown port
-  PortSizes sizes(const std::string& port) const;
   const Model& member(const std::string& name) const;
   /// What the gates of sampled controllers did after the time `since` [s], and what laws with a
   /// memory tell, a sentence each.

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._core import InvalidArgument, line_colours, residual_panel
+from ._core import InvalidArgument, before_holes, is_held, line_colours, residual_panel
+from ._core import thinned as thinned_rows
 from .ensembles import EnsembleResult
 from .results import PathLike, Result, steps_of
 from .results import open as open_result
@@ -30,12 +31,8 @@ DASHES: list[Any] = ["-", (0, (4, 2)), (0, (1.2, 1.8)), (0, (7, 2, 1.2, 2)), (0,
 
 
 def thinned(t: np.ndarray, most: int = 3000) -> np.ndarray:
-    """Indices of at most so many records for a line, the first and the last among them: one of each of equal parts, anywhere in it
-    but always the same. Equal distances would show a fast swing as a slow one."""
-    if len(t) <= most:
-        return np.arange(len(t))
-    edges = 1 + np.arange(most - 1) * (len(t) - 2) // (most - 2)
-    return np.concatenate(([0], np.random.default_rng(0).integers(edges[:-1], edges[1:]), [len(t) - 1]))
+    """Indices of at most so many records for a line, as the SVG files have them: a fast swing is not drawn as a slow one."""
+    return np.array(thinned_rows(len(t), most))
 
 
 def _style(ax: "Axes", title: str, unit: str) -> None:
@@ -93,22 +90,7 @@ def _before_holes(r: Result) -> np.ndarray:
     """Times of the rows of a judged file behind which others are missing, most being at equal intervals [s]."""
     if r.summary["method"] != "recorded":
         return np.empty(0)
-    steps = np.diff(r.time)
-    step = np.median(steps)
-    return r.time[:-1][(np.mean(np.abs(steps - step) < 1e-6 * step) >= 0.5) & (steps > 1.5 * step)]
-
-
-def _is_held(y: np.ndarray) -> bool:
-    """As is_held() of the SVG files: the series changes twice or more, and nine of ten changes stand between equal values."""
-    if not np.isfinite(y).any():
-        return False
-    with np.errstate(invalid="ignore"):
-        steps = np.abs(np.diff(y))
-        same = steps <= 1e-9 * np.ptp(y[np.isfinite(y)])
-    changes = np.isfinite(steps) & ~same
-    beside = np.concatenate([[True], same, [True]])
-    alone = changes & beside[:-2] & beside[2:]
-    return bool(changes.sum() > 1 and 10 * alone.sum() >= 9 * changes.sum())
+    return np.array(before_holes(r.time))
 
 
 def _lines(ax: "Axes", r: Result, t: np.ndarray, lines: dict[str, np.ndarray], angles: bool = False) -> None:
@@ -123,7 +105,7 @@ def _lines(ax: "Axes", r: Result, t: np.ndarray, lines: dict[str, np.ndarray], a
         wraps = angles and not np.any(np.abs(y) > np.pi + 1e-9)
         jumps = np.flatnonzero(np.abs(np.diff(y)) > np.pi) + 1 if wraps else []
         at = np.union1d(holes, jumps).astype(int)  # gaps
-        style = {"color": LINES[k % 8], "linestyle": DASHES[(k + k // 8) % 8], "drawstyle": "steps-post" if _is_held(y) else "default"}
+        style = {"color": LINES[k % 8], "linestyle": DASHES[(k + k // 8) % 8], "drawstyle": "steps-post" if is_held(y) else "default"}
         ax.plot(np.insert(t, at, np.nan), np.insert(y, at, np.nan), **style, linewidth=1.2, label=name)
     if idle := len(lines) - len(shown):
         ax.plot([], [], color=SOFT, linewidth=0.6, label=f"{idle} {'others' if shown else 'lines'}: 0")

@@ -145,15 +145,18 @@ std::string rows_text(const Comparison& c, double target, TrialRows which) {
   TextRows rows{{"method", "step", "CPU [s]", "steps", "evaluations", "energy", "growth",
                  "lin. mom.", "ang. mom.", "|quat.|", "trajectory", "order"}};
   std::vector<std::string> ends{""};
-  for (const auto& m : c.methods)
-    for (size_t i = 0; i < m.trials.size(); ++i) {
-      if (which == TrialRows::nearest && i != nearest_trial(c, m, target)) continue;
+  for (const auto& m : c.methods) {
+    if (m.trials.empty()) continue;
+    const bool all = which == TrialRows::all;
+    const size_t first = all ? 0 : nearest_trial(c, m, target);
+    for (size_t i = first; i < (all ? m.trials.size() : first + 1); ++i) {
       auto cells = row(m, i);
       const bool complete = m.trials[i].complete();
       ends.push_back(complete ? "" : "  " + cells.back());
       if (!complete) cells.pop_back();
       rows.push_back(std::move(cells));
     }
+  }
   const std::string text = aligned(rows);
   std::string out;
   size_t at = 0;

@@ -157,9 +157,7 @@ class MotionPanels {
  private:
   template <class F>
   TraceLine line(const std::string& name, F value) const {
-    TraceLine l{name, r_.t, {}};
-    for (size_t i = 0; i < r_.t.size(); ++i) l.value.push_back(value(i));
-    return l;
+    return line_of(name, r_.t, value);
   }
   void add(const std::string& what, std::vector<TraceLine> lines) {
     for (size_t from = 0; from < lines.size(); from += most_lines) {

@@ -85,9 +85,7 @@ class SpringPanels {
   }
   template <class F>
   TraceLine line(const std::string& name, F value) const {
-    TraceLine l{name, r_.t, {}};
-    for (size_t i = 0; i < r_.t.size(); ++i) l.value.push_back(value(i));
-    return l;
+    return line_of(name, r_.t, value);
   }
   void add(const std::string& what, std::vector<TraceLine> lines) {
     if (!lines.empty()) panels_.push_back({what, std::move(lines)});

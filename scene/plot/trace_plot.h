@@ -53,6 +53,13 @@ std::string trace_plot(const std::vector<TracePanel>& panels, const std::string&
 /// dashes.
 std::string figure(const std::vector<TracePanel>& panels);
 
+/// A line over times: value(i) is that of record i.
+template <class F>
+TraceLine line_of(const std::string& name, const std::vector<double>& t, const F& value) {
+  TraceLine l{name, t, {}};
+  for (std::size_t i = 0; i < t.size(); ++i) l.value.push_back(value(i));
+  return l;
+}
 /// A line from one entry of every vector of `rows`.
 TraceLine column(const std::string& name, const std::vector<double>& t,
                  const std::vector<std::vector<double>>& rows, std::size_t entry);

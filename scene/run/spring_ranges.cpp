@@ -7,7 +7,6 @@
 #include "scene/assemble/assembly.h"
 #include "scene/read/scene.h"
 #include "scene/run/run_report.h"
-#include "vsa/formula.h"
 
 namespace porthos::scene {
 
@@ -21,7 +20,7 @@ SpringRanges::SpringRanges(const Scene& scene, const Assembly& assembly, const R
     if (e.table) table("element", e.name);
   for (const JointActuator& a : scene.actuators) {
     if (a.actuator.elastic->traits().family == "tabulated") table("actuator", a.name);
-    if (const double kink = vsa::kink_of(*a.actuator.elastic); !std::isnan(kink))
+    if (const double kink = a.actuator.elastic->traits().kink; !std::isnan(kink))
       kinks_.push_back(fmt::format(
           "the third derivative of the energy of actuator '{}' jumps at phi = {:.4g} rad", a.name,
           std::fabs(kink) < 1e-12 ? 0 : kink));

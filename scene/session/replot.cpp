@@ -102,13 +102,14 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
   const auto draw = [&](const std::vector<TracePanel>& panels) {
     return trace_plot(panels, r.title, plot_subtitle(r));
   };
+  const LedgerSeries series = ledger_of(*records, r);
   std::vector<std::pair<std::string, std::string>> pictures{
       {"energy_error.svg", draw({residual_of(*records, r)})},
-      {"ledger.svg", ledger_plot(ledger_of(*records, r), r.title, plot_subtitle(r))}};
+      {"ledger.svg", ledger_plot(series, r.title, plot_subtitle(r))}};
   if (auto panels = mechanism ? panels_of(*records, *mechanism, springs, most_of_motion)
                               : std::vector<TracePanel>();
       !panels.empty()) {
-    for (TracePanel& p : panels) p.holes = holes_in(*records, r.method);
+    for (TracePanel& p : panels) p.holes = series.holes;
     pictures.emplace_back("motion.svg", draw(panels));
   }
   write_together(folder, pictures);

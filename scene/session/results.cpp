@@ -11,7 +11,6 @@
 #include "scene/plot/plot.h"
 #include "scene/plot/space_plot.h"
 #include "scene/run/checkpoint.h"
-#include "scene/run/row_times.h"
 #include "scene/run/run_file.h"
 #include "scene/session/replot.h"
 
@@ -40,22 +39,21 @@ std::vector<double> holes(const Scene& scene, const Assembly& assembly, const Ru
 }
 
 std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport& r,
-                   const fs::path& log) {
+                   const fs::path& log, const std::vector<double>& gaps) {
   const auto rows = open_log(log, assembly.model->description(), RecordLayout(scene, assembly),
                              thinned(r.records, most_of_ledger));
   LedgerSeries s = ledger_of(*rows, r);
-  s.holes = holes(scene, assembly, r, log);
+  s.holes = gaps;
   return ledger_plot(s, scene.title, plot_subtitle(r));
 }
 
 /// Empty: nothing of the motion is in the records.
 std::string motion(const Scene& scene, const Assembly& assembly, const RunReport& r,
-                   const fs::path& log) {
+                   const fs::path& log, const std::vector<double>& gaps) {
   if (!assembly.mechanism) return "";
   const auto rows = open_log(log, assembly.model->description(), RecordLayout(scene, assembly),
                              thinned(r.records, most_of_motion));
   auto panels = panels_of(*rows, *assembly.mechanism, springs_of(scene), most_of_motion);
-  const auto gaps = holes(scene, assembly, r, log);
   for (TracePanel& p : panels) p.holes = gaps;
   return panels.empty() ? "" : trace_plot(panels, scene.title, plot_subtitle(r));
 }
@@ -69,8 +67,10 @@ void write_with(const fs::path& folder, const Scene& scene, const Assembly& asse
     write_aside(files.back(), text);
   };
   write("energy_error.svg", plot(scene, assembly, report, log));
-  write("ledger.svg", ledger(scene, assembly, report, log));
-  if (const auto svg = motion(scene, assembly, report, log); !svg.empty()) write("motion.svg", svg);
+  const auto gaps = holes(scene, assembly, report, log);
+  write("ledger.svg", ledger(scene, assembly, report, log, gaps));
+  if (const auto svg = motion(scene, assembly, report, log, gaps); !svg.empty())
+    write("motion.svg", svg);
   if (!scene.panels.empty()) write("panels.svg", panel_plot(scene, assembly, report, log));
   if (report.space) write("ledgers.svg", space_plot(report));
   write("summary.json", summary_json(scene, assembly, report, report.final_state));

@@ -6,6 +6,7 @@
 #include "integrators/catalogue.h"
 #include "integrators/control/step_control.h"
 #include "tests/integrators/problems.h"
+#include "tests/integrators/quartic_well.h"
 #include "tests/support/bounds.h"
 
 namespace porthos::integrators::check_claims_test {
@@ -195,23 +196,11 @@ TEST(CheckClaims, ATightToleranceHidesNoFalseClaim) {
 }
 
 /// Damping and a drive that depend on the place: H = p²/2 + q⁴/4.
-struct DampedOscillator {
+struct DampedOscillator : test::QuarticWell {
   phs::Description description() const {
-    phs::Description d;
-    d.name = "damped oscillator";
-    d.nx = 2;
-    d.traits = {.autonomous = false, .canonical = true, .separable = true, .lossless = false};
-    d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
+    auto d = of("damped oscillator");
+    d.traits.separable = true;
     return d;
-  }
-  template <class T>
-  T hamiltonian(std::span<const T> x) const {
-    return T(0.5) * x[1] * x[1] + T(0.25) * x[0] * x[0] * x[0] * x[0];
-  }
-  template <class T>
-  void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = x[0] * x[0] * x[0];
-    e[1] = x[1];
   }
   template <class T>
   void dissipation(std::span<const T> x, std::span<const T> e, std::span<T> Re) const {

@@ -10,6 +10,7 @@
 #endif
 
 #include "integrators/catalogue.h"
+#include "tests/integrators/quartic_well.h"
 #include "tests/support/driven_pendulum.h"
 #include "tests/support/fast_arm.h"
 
@@ -184,26 +185,9 @@ TEST(Rivals, KeepTheTimeAndCountEveryEvaluation) {
 
 /// A mass dragged through syrup by a periodic force, q' = p, p' = c (sin 3t - p) - q³: stiff, and
 /// driven so.
-struct Syrup {
+struct Syrup : test::QuarticWell {
   static constexpr double c = 1e5;
-  phs::Description description() const {
-    phs::Description d;
-    d.name = "syrup";
-    d.nx = 2;
-    d.traits.canonical = true;
-    d.traits.autonomous = d.traits.lossless = false;
-    d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
-    return d;
-  }
-  template <class T>
-  T hamiltonian(std::span<const T> x) const {
-    return T(0.5) * x[1] * x[1] + T(0.25) * x[0] * x[0] * x[0] * x[0];
-  }
-  template <class T>
-  void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = x[0] * x[0] * x[0];
-    e[1] = x[1];
-  }
+  phs::Description description() const { return of("syrup"); }
   template <class T>
   void dissipation(std::span<const T>, std::span<const T> e, std::span<T> Re) const {
     Re[0] = T(0.0);

@@ -231,7 +231,7 @@ TEST(FormulaEnergy, AKinkOfTheStiffnessIsRemarked) {
   EXPECT_EQ(remark("2*phi^2 + 3*max(phi - 0.2, 0)^3"), "") << "a stiffness that bends only";
   EXPECT_EQ(remark("2*phi^2 + exp(3*phi)"), "");
   const auto kink = [](const char* energy) {
-    return vsa::kink_of(*vsa::formula({energy, {}}, {}));
+    return vsa::formula({energy, {}}, {})->traits().kink;
   };
   EXPECT_NEAR(kink("2*phi^2 + 3*max(phi - 0.2, 0)^3"), 0.2, 1e-12);
   EXPECT_NEAR(kink("5*abs(phi)*phi^2"), 0, 1e-12);
