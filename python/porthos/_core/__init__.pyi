@@ -1914,6 +1914,18 @@ def residual_panel(t: list[float], error: list[float], limit: Optional[float] = 
     """What energy_error.svg shows of a series of relative errors, reduced to 1500 columns: (name, stroke, t, value, low), stroke one of line, band, guide, limit."""
     ...
 
+def thinned(count: int, most: int) -> list[int]:
+    """Which of `count` records a line of at most `most` shows: one of each of equal parts, anywhere in it but always the same."""
+    ...
+
+def is_held(values: list[float]) -> bool:
+    """Whether a series is held between instants, and drawn as stairs."""
+    ...
+
+def before_holes(times: list[float]) -> list[float]:
+    """The instants of the rows behind which others are missing [s]."""
+    ...
+
 def line_colours() -> list[str]:
     """Of the lines of every picture, as #rrggbb: those of the SVG files and of the report."""
     ...
