@@ -1,5 +1,6 @@
 #pragma once
 #include "scene/run/contact_depths.h"
+#include "scene/run/fast_swings.h"
 #include "scene/run/joint_limits.h"
 #include "scene/run/law_limits.h"
 #include "scene/run/output_summary.h"
@@ -18,11 +19,12 @@ class FromRecords {
         limits_(assembly, layout),
         joints_(scene, assembly, layout),
         depths_(assembly, layout),
+        swings_(scene, assembly, layout),
         outputs_(scene, layout) {}
   /// Whether it needs records.
   bool any() const {
     return momenta_.any() || springs_.any() || limits_.any() || joints_.any() || depths_.any() ||
-           outputs_.any();
+           swings_.any() || outputs_.any();
   }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record) {
@@ -31,6 +33,7 @@ class FromRecords {
     limits_.see(record);
     joints_.see(record);
     depths_.see(record);
+    swings_.see(record);
     outputs_.see(record);
   }
   void fill(RunReport& report) const {
@@ -38,6 +41,7 @@ class FromRecords {
     springs_.fill(report);
     joints_.fill(report);
     depths_.fill(report);
+    swings_.fill(report);
     limits_.fill(report);
     outputs_.fill(report);
   }
@@ -48,6 +52,7 @@ class FromRecords {
   LawLimits limits_;
   JointLimits joints_;
   ContactDepths depths_;
+  FastSwings swings_;
   OutputSummary outputs_;
 };
 

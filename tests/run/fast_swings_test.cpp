@@ -1,0 +1,35 @@
+// A note where records are too far apart for the swings between them.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "scene/session/memory_run.h"
+#include "tests/run/scenes.h"
+
+namespace porthos::test::fast_swings_test {
+namespace {
+
+/// The notes on swings of a double pendulum whose records are so far apart.
+std::vector<std::string> notes_of(double record_every, const std::string& extrema = "") {
+  const TemporaryFolder folder;
+  Case c = pendulum(folder);
+  c.scene.duration = 60;
+  c.scene.record_every = record_every;
+  if (extrema == "state") c.scene.extrema = scene::Extrema::state;
+  auto notes = scene::run_in_memory(c.scene, c.assembly, {}).notes;
+  std::erase_if(notes, [](const std::string& n) { return n.find("swings of") == n.npos; });
+  return notes;
+}
+
+TEST(FastSwings, AreNotedWhereRecordsAreTooFarApart) {
+  const auto far = notes_of(0.9);
+  ASSERT_EQ(far.size(), 1u);
+  std::printf("  %s\n", far[0].c_str());
+  EXPECT_NE(far[0].find("records every 0.9 s"), std::string::npos);
+  EXPECT_NE(far[0].find("'elbow'"), std::string::npos);
+  EXPECT_LE(far[0].size(), 220u);
+  EXPECT_TRUE(notes_of(0.05).empty());          // resolved
+  EXPECT_TRUE(notes_of(0.9, "state").empty());  // the extremes are in the file
+}
+
+}  // namespace
+}  // namespace porthos::test::fast_swings_test
