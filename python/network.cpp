@@ -208,13 +208,20 @@ size of the violation are named.)");
 void bind_network(py::module_& m) {
   bind_elements(m);
   bind_linear(m);
+  py::class_<Casimir>(m, "Casimir",
+                      "A weighted sum of numbers of the state that keeps its value whatever H is.")
+      .def_readonly("text", &Casimir::text, "'spring.elongation - arm.elbow'")
+      .def_property_readonly(
+          "terms",
+          [](const Casimir& c) { return std::map<int, double>(c.terms.begin(), c.terms.end()); },
+          "The weight of each number of the state in it.")
+      .def("__repr__", [](const Casimir& c) { return "<porthos.Casimir " + c.text + ">"; });
   py::class_<NetworkModel, Model, std::shared_ptr<NetworkModel>>(
       m, "NetworkModel",
       R"(The system a Network builds. State: the members' states one after another; with one member its blocks keep their names,
 with several they are prefixed '<member>.'.)")
       .def("offset", &NetworkModel::offset, arg("member"), "Where the state of a member begins.")
-      .def_property_readonly("casimirs", &NetworkModel::casimirs,
-                             "The Casimirs as sentences, 'spring.elongation - arm.elbow'.");
+      .def_property_readonly("casimirs", &NetworkModel::casimirs, "The Casimirs.");
 
   py::class_<Network>(
       m, "Network",

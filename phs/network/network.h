@@ -152,6 +152,12 @@ class Network {
   std::shared_ptr<Plan> plan_;
 };
 
+/// A weighted sum of numbers of the state that keeps its value whatever H is.
+struct Casimir {
+  std::string text;                           ///< "spring.elongation - arm.elbow"
+  std::vector<std::pair<int, double>> terms;  ///< number of the state, weight
+};
+
 /// The system that a Network builds. State: the members' states concatenated. With one member,
 /// blocks keep their names; with several they get the prefix "<member>.". Cost beyond its members:
 /// tens of nanoseconds per element.
@@ -179,8 +185,8 @@ class NetworkModel : public ModelFor<NetworkModel> {
   std::string hindrance(const State& state) const;
   /// How many gates wait for what they are there for; nothing: there are no gates.
   std::optional<int> waiting(std::span<const double> memory) const;
-  /// The Casimirs as text: "spring.elongation - arm.elbow".
-  const std::vector<std::string>& casimirs() const;
+  /// The Casimirs.
+  const std::vector<Casimir>& casimirs() const;
 
  private:
   std::shared_ptr<const Network::Plan> plan_;

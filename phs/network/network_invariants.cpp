@@ -127,10 +127,10 @@ std::string name_of(const Description& d, int k) {
 }
 
 /// Constraint forces change momenta.
-bool touches_momenta(const Description& d, const Plan::Casimir& c) {
+bool touches_momenta(const Description& d, const Casimir& c) {
   for (const auto& b : d.blocks)
-    for (const auto& term : c.c)
-      if (b.momentum >= 0 && term.col >= b.momentum && term.col < b.momentum + b.size) return true;
+    for (const auto& [at, weight] : c.terms)
+      if (b.momentum >= 0 && at >= b.momentum && at < b.momentum + b.size) return true;
   return false;
 }
 
@@ -151,17 +151,16 @@ void find_casimirs(Plan& p) {
       if (std::fabs(v[i] - whole) < 1e-12) v[i] = whole;
     }
     if ((v.transpose() * moving).cwiseAbs().maxCoeff() > 1e-10) continue;
-    Plan::Casimir found;
+    Casimir found;
     for (int i = 0; i < v.size(); ++i) {
       if (std::fabs(v[i]) < 1e-12) continue;
       char factor[32];
       std::snprintf(factor, sizeof factor, "%.6g ", std::fabs(v[i]));
       found.text += found.text.empty() ? (v[i] < 0 ? "-" : "") : (v[i] < 0 ? " - " : " + ");
       found.text += (std::fabs(v[i]) == 1 ? "" : factor) + name_of(p.description, i);
-      found.c.push_back({0, i, v[i]});
+      found.terms.emplace_back(i, v[i]);
     }
     if (!p.description.constraints.empty() && touches_momenta(p.description, found)) continue;
-    p.casimir_texts.push_back(found.text);
     p.casimirs.push_back(std::move(found));
   }
 }

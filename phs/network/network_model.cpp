@@ -73,6 +73,6 @@ const Model& NetworkModel::member(const std::string& name) const {
     if (m.name == name) return *m.model;
   throw InvalidArgument("network '" + plan_->name + "' has no member '" + name + "'");
 }
-const std::vector<std::string>& NetworkModel::casimirs() const { return plan_->casimir_texts; }
+const std::vector<Casimir>& NetworkModel::casimirs() const { return plan_->casimirs; }
 
 }  // namespace porthos::phs

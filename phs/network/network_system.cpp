@@ -210,7 +210,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     }
     for (const auto& c : p_.casimirs) {
       T sum(0.0);
-      for (const auto& t : c.c) sum = sum + T(t.factor) * unwrapped(size_t(t.col), x);
+      for (const auto& [at, weight] : c.terms) sum = sum + T(weight) * unwrapped(size_t(at), x);
       values[k++] = sum;
     }
   }

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import difflib
-import re
 from typing import Any, Mapping, Sequence
 
 import numpy as np
 
-from ._core import Description, InvalidArgument, Mechanism
+from ._core import Description, InvalidArgument, Mechanism, Model, PowerKind
 
 passed_on = ("method", "step", "substeps", "seed", "longest", "threads", "ports", "begin", "ended")  # to Environment
 
@@ -60,13 +59,13 @@ def driven(given: Sequence[str] | None, d: Description, m: Mechanism | None) -> 
     return {p: sizes[p] for p in given}
 
 
-def jumps(why: InvalidArgument) -> InvalidArgument:
-    """The refusal of a model that jumps or sticks, in the words of a scene; other errors as they are."""
-    if told := re.search(r"at the impacts of (.*), which are rigid|by the dry friction (.*?): expected", str(why)):
-        rigid, dry = told.groups()
-        return InvalidArgument(f"an environment does not jump: {rigid} is rigid, expected a soft contact, as law = \"smooth\", or an element of type 'limits'" if rigid else
-                               f"an environment does not stick: {dry} is dry, expected an element of type 'friction', which is smooth")
-    return why
+def refuse_jumps(model: Model) -> None:
+    """Refuses a model that jumps or sticks, in the words of a scene: rigid contacts count their impacts, dry friction its slips."""
+    for name, _, counts in (p.name.rpartition(".") for p in model.description.powers if p.kind == PowerKind.observed):
+        if counts == "impacts":
+            raise InvalidArgument(f"an environment does not jump: '{name}' is rigid, expected a soft contact, as law = \"smooth\", or an element of type 'limits'")
+        if counts == "slips":
+            raise InvalidArgument(f"an environment does not stick: '{name}' is dry, expected an element of type 'friction', which is smooth")
 
 
 def of_each(what: str, given: Any, n: int) -> np.ndarray:

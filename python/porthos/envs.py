@@ -11,7 +11,7 @@ import numpy as np
 
 from ._core import Assembly, Environment, InvalidArgument, LivePicture, Mechanism, Model, momenta_from_rates, rates_from_momenta
 from .env_observed import Sight
-from .env_options import check_look, check_options, driven, jumps, limits, of_each, read_only
+from .env_options import check_look, check_options, driven, limits, of_each, read_only, refuse_jumps
 from .env_scenes import assemblies_of, scene_of
 from .results import PathLike
 from .runs import Scene
@@ -158,10 +158,8 @@ class VectorEnv(_VectorBase):
             options["cases"] = [(a.model, a.start, e) for a, e in zip(_cases, endings)]
         options["ended"] = endings[0]
         self._limit = limits(limit, sizes)
-        try:
-            self._batch = Environment(model, start, count=num_envs, **options)
-        except InvalidArgument as why:
-            raise jumps(why) from None
+        refuse_jumps(model)
+        self._batch = Environment(model, start, count=num_envs, **options)
         number = lambda name, n: [name] if n == 1 else [f"{name}[{k}]" for k in range(n)]
         self.action_names: list[str] = [n for p, size in sizes.items() for n in number(p, size)]
         self.num_envs = num_envs

@@ -295,16 +295,17 @@ def _compare(data, assembly, methods, budget, duration, out, progress) -> Compar
 
 def _refuse_links_elsewhere(model: Model, x) -> None:
     """An actuator's state has the joint's angle as its own: their difference is a Casimir, so a wrong start stays wrong."""
-    at = {b.name: b.at for b in model.description.blocks if b.size == 1}
-    for text in getattr(model, "casimirs", []):
-        names = text.lstrip("-").replace(" + ", " - ").split(" - ")
-        own = [n for n in names if n.endswith(".link") and n[:-5] + ".theta" in at]
-        if len(names) != 2 or len(own) != 1 or text.startswith("-") == (" - " in text) or not all(n in at for n in names):
+    names = {b.at: b.name for b in model.description.blocks if b.size == 1}
+    for casimir in getattr(model, "casimirs", []):
+        if sorted(casimir.terms.values()) != [-1, 1] or not all(at in names for at in casimir.terms):
             continue
-        joint = names[1 - names.index(own[0])]
-        link, angle = (float(x[at[n]]) for n in (own[0], joint))
+        own, joint = sorted(casimir.terms, key=lambda at: not names[at].endswith(".link"))
+        name = names[own].removesuffix(".link")
+        if name + ".theta" not in names.values():
+            continue
+        link, angle = float(x[own]), float(x[joint])
         if abs(link - angle) > 1e-9 * max(1, abs(angle)):
-            raise InvalidArgument(f"actuator '{own[0][:-5]}' starts with link = {link:.6g} rad and its joint '{joint}' at {angle:.6g} rad, "
+            raise InvalidArgument(f"actuator '{name}' starts with link = {link:.6g} rad and its joint '{names[joint]}' at {angle:.6g} rad, "
                                   "expected the same: actuator_start(..., link=) takes the joint's angle")
 
 

@@ -23,7 +23,7 @@ TEST(Interconnection, CasimirShapesTheEnergy) {
   n.resist("injected", "arm.joint_0.torque", phs::viscous(0.4));
   const auto loop = n.build();
   ASSERT_EQ(loop->casimirs().size(), 1u);
-  std::printf("  Casimir: %s\n", loop->casimirs()[0].c_str());
+  std::printf("  Casimir: %s\n", loop->casimirs()[0].text.c_str());
   const auto H = loop->instantiate<double>();
   const auto method = integrators::make_integrator("gonzalez", *loop, 0.01);
   phs::State s(loop->description(), {0.7, 0, 0.7});

@@ -202,7 +202,7 @@ TEST(PortWork, ElongationsAreCasimirsOfTheArm) {
   n.resist("friction", "pendulum.hinge.torque", phs::viscous(0.01));
   const auto model = n.build();
   ASSERT_EQ(model->casimirs().size(), 1u);
-  EXPECT_EQ(model->casimirs()[0], "-pendulum.hinge + spring.elongation");
+  EXPECT_EQ(model->casimirs()[0].text, "-pendulum.hinge + spring.elongation");
   Ledger b(*model, "gauss8", 0.05, {0.3, 2.0, 0.0});
   b.run_to(50);
   EXPECT_NEAR(b.state.x[2] - b.state.x[0], -0.3, 1e-14);

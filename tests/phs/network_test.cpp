@@ -69,7 +69,7 @@ TEST(Network, TwoMassesOnASpringByHand) {
 TEST(Network, FindsItsCasimirs) {
   const auto masses = two_masses().build();
   ASSERT_EQ(masses->casimirs().size(), 1u) << "the total momentum, damper or not";
-  EXPECT_EQ(masses->casimirs()[0], "a.momentum + b.momentum");
+  EXPECT_EQ(masses->casimirs()[0].text, "a.momentum + b.momentum");
   const auto f = masses->instantiate<double>();
   const std::vector<double> x{1.0, 0.6, 0.2};
   double value;

@@ -95,10 +95,6 @@ struct Network::Plan {
   struct Kept {
     int member, at;  ///< offset in the member's invariants
   };
-  struct Casimir {
-    std::vector<Term> c;  ///< row: unused; col: number of the state
-    std::string text;
-  };
 
   std::string name;
   std::vector<Member> members;
@@ -122,7 +118,6 @@ struct Network::Plan {
   std::vector<int> turn_of;     ///< per number of the state: its angle, or -1
   std::vector<Kept> kept;
   std::vector<Casimir> casimirs;
-  std::vector<std::string> casimir_texts;
 
   /// Inputs that a source, a controller or a damper of a tank drives.
   std::vector<int> pushed() const {
