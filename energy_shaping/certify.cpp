@@ -184,6 +184,9 @@ void starts_in_basin(const ClosedLoop& loop, const CertifyOptions& o, const Basi
 }
 
 void check_starts(const ClosedLoop& loop, const CertifyOptions& o) {
+  if (o.starts.empty() && (o.periods != std::vector{0.0} || !o.plants.empty()))
+    throw InvalidArgument(fmt::format("{} act in runs, and no starts are given, expected some",
+                                      o.plants.empty() ? "periods" : "plants"));
   for (size_t s = 0; s < o.starts.size(); ++s) {
     require_size("start state", o.starts[s].size(), loop.rest().size());
     if (const auto why = loop.hindrance(o.starts[s]); !why.empty())

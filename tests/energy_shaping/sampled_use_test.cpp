@@ -3,6 +3,7 @@
 #include <functional>
 #include <random>
 
+#include "energy_shaping/certify.h"
 #include "energy_shaping/elastic.h"
 #include "energy_shaping/tracking.h"
 #include "phs/system/random_state.h"
@@ -52,6 +53,16 @@ Booked run_booked(const phs::Model& model, const Vec& x0, double h, double durat
 }
 
 const Vec start{0.1, -0.1, 0.2, -0.3};
+
+TEST(SampledUse, PeriodsWithoutStartsAreRefused) {
+  const auto loop = acrobot({});
+  CertifyOptions o{.region = {{-0.5, -0.5}, {0.5, 0.5}, 1, 10}, .periods = {0, 0.01}};
+  EXPECT_EQ(refusal([&] { (void)certify(*loop, o); }),
+            "periods act in runs, and no starts are given, expected some");
+  o.starts = {start};  // control
+  o.run.duration = 0.1;
+  EXPECT_EQ(refusal([&] { (void)certify(*loop, o); }), "");
+}
 
 TEST(SampledUse, AcrobotAtARate) {
   const auto loop = acrobot({});
