@@ -55,12 +55,16 @@ int film_command(const Arguments& a) {
   o.trail = a.trail;
   o.text = !a.no_text;
   o.stop = &stop_on_signals();
-  const fs::path report = report_of(a);
+  const fs::path report = report_of(a),
+                 source = fs::is_directory(a.scene) ? fs::path(a.scene) : report;
   const fs::path out = a.out ? fs::path(*a.out) : report.parent_path() / "film.mp4";
   Progress progress;
   o.progress = [&](double done) { progress.update(done); };
   try {
-    report::write_film(report, out, o);
+    if (const auto remark = report::write_film(source, out, o); !remark.empty()) {
+      progress.finish();
+      log(remark);
+    }
   } catch (const IoError&) {
     if (!o.stop->load()) throw;
     progress.finish();

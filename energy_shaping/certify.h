@@ -54,8 +54,9 @@ struct CertifyOptions {
 /// basin, runs of the plant as sampled, and with other parameters. Limits of the inputs act in the
 /// runs; the shares of them that the runs and the basin take are told.
 /// @throws InvalidArgument for no samples, for periods or plants without starts, for limits and
-///   starts that do not fit the loop or for which the law is not meant (ClosedLoop::hindrance), and, up to 3 coordinates, for a region
-///   without the rest point inside or with ends for which it is not meant
+///   starts that do not fit the loop or for which the law is not meant (ClosedLoop::hindrance),
+///   and, up to 3 coordinates, for a region without the rest point inside or with ends for which it
+///   is not meant
 Certificate certify(const ClosedLoop& loop, const CertifyOptions& options);
 
 }  // namespace porthos::energy_shaping

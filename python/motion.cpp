@@ -66,19 +66,24 @@ py::tuple as_tuple(scene::Motion m) {
   return py::make_tuple(as_array(std::move(m.t)), as_dict(m.panels));
 }
 
-py::tuple motion_of(const py::object& run, std::int64_t most) {
+ShownOf shown_of(bool bands) { return bands ? Shown::bands : Shown::records; }
+
+py::tuple motion_of(const py::object& run, std::int64_t most, bool bands) {
   auto mechanism = run.attr("mechanism").cast<std::shared_ptr<mechanics::Mechanism>>();
   if (const py::object folder = run.attr("folder"); !folder.is_none())
-    return as_tuple(motion_in(folder.cast<std::filesystem::path>(), most, std::move(mechanism)));
+    return as_tuple(motion_in(folder.cast<std::filesystem::path>(), most, std::move(mechanism),
+                              shown_of(bands)));
   const InMemory r(run);
-  return as_tuple({r.at("time", thinned(r.count(), most)), panels_of(r, *mechanism, {}, most)});
+  const Shown shown = shown_of(bands)(r.count(), most);
+  return as_tuple({shown.times(r.at("time", shown.rows())), panels_of(r, *mechanism, {}, shown)});
 }
 
-py::tuple states_of_run(const py::object& run, std::int64_t most) {
+py::tuple states_of_run(const py::object& run, std::int64_t most, bool bands) {
   if (const py::object folder = run.attr("folder"); !folder.is_none())
-    return as_tuple(states_in(folder.cast<std::filesystem::path>(), most));
+    return as_tuple(states_in(folder.cast<std::filesystem::path>(), most, shown_of(bands)));
   const InMemory r(run);
-  return as_tuple({r.at("time", thinned(r.count(), most)), states_of(r, most)});
+  const Shown shown = shown_of(bands)(r.count(), most);
+  return as_tuple({shown.times(r.at("time", shown.rows())), states_of(r, shown)});
 }
 
 py::list residual_of(const std::vector<double>& t, const std::vector<double>& error,
@@ -111,10 +116,11 @@ void bind_motion(py::module_& m) {
       arg("folder"),
       "The mechanisms of a finished run, one per phase, and names and energies of its actuators, "
       "from the scene and the model in its results; empty for a system without a mechanism.");
-  m.def("motion_of", &motion_of, arg("run"), arg("most"),
+  m.def("motion_of", &motion_of, arg("run"), arg("most"), arg("bands"),
         "How the mechanism of a Result moved, over its phases: times, and the panels {title with "
-        "unit: {line: values}}.");
-  m.def("states_of", &states_of_run, arg("run"), arg("most"),
+        "unit: {line: values}}. bands: of a part of many records the least and the largest, in "
+        "place of one.");
+  m.def("states_of", &states_of_run, arg("run"), arg("most"), arg("bands"),
         "The states of a Result of any system, in the same way.");
   m.def("residual_panel", &residual_of, arg("t"), arg("error"), arg("limit") = py::none(),
         "What energy_error.svg shows of a series of relative errors, reduced to 1500 columns: "

@@ -1,6 +1,7 @@
 #include "report/film.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <nlohmann/json.hpp>
@@ -9,10 +10,13 @@
 #include "phs/error.h"
 #include "report/browser.h"
 #include "report/detail/stage_page.h"
+#include "report/report.h"
 #include "scene/files/files.h"
 
 namespace porthos::report {
 namespace {
+
+constexpr double far_between_frames = 1.6;  ///< [rad], as on the page
 
 /// @throws InvalidArgument if the film begins or ends outside the run
 void check_times(BrowserPage& page, const FilmOptions& o) {
@@ -50,17 +54,47 @@ std::string film_of(BrowserPage& page, const FilmOptions& o) {
   return page.value("filmed.data");
 }
 
+/// The page that is filmed: of a part of a run in a folder one with its records, which is removed.
+class FilmedPage {
+ public:
+  FilmedPage(const std::filesystem::path& report, const FilmOptions& o, bool still)
+      : file_(report) {
+    if (!std::filesystem::is_directory(report)) return;
+    file_ = report / "report.html";
+    const auto page = find_template();
+    if (page.empty() || !(o.from || o.to)) return;
+    Part part;
+    part.from = o.from.value_or(part.from);
+    part.to = still ? part.from : o.to.value_or(part.to);
+    file_ = std::filesystem::temp_directory_path() / fmt::format("porthos_film_{}.html", getpid());
+    made_ = true;
+    write_part(report, file_, page, part);
+  }
+  ~FilmedPage() {
+    std::error_code ignored;
+    if (made_) std::filesystem::remove(file_, ignored);
+  }
+  FilmedPage(const FilmedPage&) = delete;
+  FilmedPage& operator=(const FilmedPage&) = delete;
+  const std::filesystem::path& file() const { return file_; }
+
+ private:
+  std::filesystem::path file_;
+  bool made_ = false;
+};
+
 }  // namespace
 
-void write_film(const std::filesystem::path& report, const std::filesystem::path& out,
-                const FilmOptions& o) {
+std::string write_film(const std::filesystem::path& report, const std::filesystem::path& out,
+                       const FilmOptions& o) {
   const bool still = out.extension() == ".png";
   if (!still && out.extension() != ".mp4")
     throw InvalidArgument(
         fmt::format("{}: expected a name that ends with .mp4 (a film) or .png "
                     "(a picture)",
                     out.string()));
-  const auto opened = open_stage(report, o);
+  const FilmedPage filmed(report, o, still);
+  const auto opened = open_stage(filmed.file(), o);
   BrowserPage& page = *opened;
   check_times(page, o);
   const std::string data =
@@ -70,6 +104,14 @@ void write_film(const std::filesystem::path& report, const std::filesystem::path
             : film_of(page, o);
   const std::string bytes = bytes_of_base64(data);
   scene::write_file(out, bytes);
+  const double turn =
+      nlohmann::json::parse(page.value("porthos.stage.clips[0].turn")).get<double>();
+  if (turn < far_between_frames) return "";
+  return fmt::format(
+      "{}: a body turns by up to {:.2g} rad between two records of the playback, so that a fast "
+      "swing "
+      "may look slow or still: a film of a shorter part, --from T --to T, has more of its records",
+      out.string(), turn);
 }
 
 }  // namespace porthos::report

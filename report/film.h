@@ -29,10 +29,13 @@ struct FilmOptions {
 
 /// Writes a film (.mp4), or the picture at `from` (.png), of the playback of a report by a Chromium
 /// without a window: picture by picture, so that it is smooth however slow the machine is.
+/// @param report  a report.html, or the folder of one: then a part of a run has a playback of its
+///   own, of as many of its records as there is room for
 /// @throws InvalidArgument for options out of range, a name that ends otherwise, a report without
 ///   a playback, and if no browser is found
+/// @return a remark where bodies turn far between two records of the playback; empty: they do not
 /// @throws IoError if the browser fails or the file cannot be written
-void write_film(const std::filesystem::path& report, const std::filesystem::path& out,
-                const FilmOptions& options);
+std::string write_film(const std::filesystem::path& report, const std::filesystem::path& out,
+                       const FilmOptions& options);
 
 }  // namespace porthos::report

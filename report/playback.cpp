@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "mechanics/hamiltonian_field.h"
 #include "mechanics/kinematics.h"
 #include "mechanics/momentum.h"
 #include "report/detail/shapes.h"
@@ -19,8 +20,13 @@ using scene::evenly;
 
 class Clip {
  public:
-  Clip(const Stage& stage, const std::vector<std::int64_t>& rows)
-      : m_(*stage.mechanism), w_(m_), pose_(m_.nodes().size()), frames_(rows.size()) {
+  Clip(const Stage& stage, const std::vector<std::int64_t>& rows, const Part& part)
+      : m_(*stage.mechanism),
+        w_(m_),
+        pose_(m_.nodes().size()),
+        part_(part),
+        frames_(rows.size()),
+        rate_(size_t(m_.nv()), 0.0) {
     t_ = stage.records->at("time", rows);
     if (!read("state/", *stage.records, rows, q_))
       throw InvalidArgument("the records do not have every coordinate");
@@ -98,7 +104,10 @@ class Clip {
     for (const double x : {origin.x, origin.y, origin.z}) origin_.push_back(x);
     if (moving_) add_momenta(f, origin);
     add_poses(pose_, origin, poses_);
-    if (f == 0) return;
+    const std::vector<double> before_rate = rate_;
+    if (moving_) find_rates(f);
+    if (f == 0 || t_[f] <= part_.from || t_[f - 1] >= part_.to) return;
+    turn_ = std::max(turn_, swung(before_rate, t_[f] - t_[f - 1]));
     for (size_t i = 0; i < pose_.size(); ++i) {
       const float* now = poses_.data() + 7 * (f * pose_.size() + i) + 3;
       const float* before = now - 7 * pose_.size();
@@ -106,6 +115,27 @@ class Clip {
       for (int k = 0; k < 4; ++k) cosine += double(now[k]) * double(before[k]);
       turn_ = std::max(turn_, 2 * std::acos(std::min(1.0, std::fabs(cosine))));
     }
+  }
+  void find_rates(size_t f) {
+    const size_t nq = size_t(m_.nq());
+    mechanics::rates_from_momenta<double>(m_, w_, std::span<const double>(q_).subspan(f * nq, nq),
+                                          std::span<const double>(p_).subspan(f * nq, nq));
+    std::copy_n(w_.rate.begin(), rate_.size(), rate_.begin());
+  }
+  /// How far a joint turns in the time h by its mean rate, to and fro [rad]: of the one that turns
+  /// farthest.
+  double swung(const std::vector<double>& before, double h) const {
+    double most = 0;
+    for (const auto& c : m_.coordinates()) {
+      if (c.kind != phs::BlockKind::angle && c.kind != phs::BlockKind::rotation) continue;
+      const auto size = [&](const std::vector<double>& rate) {
+        double square = 0;
+        for (int k = 0; k < c.nv; ++k) square += rate[size_t(c.v + k)] * rate[size_t(c.v + k)];
+        return std::sqrt(square);
+      };
+      most = std::max(most, 0.5 * h * (size(before) + size(rate_)));
+    }
+    return most;
   }
   void add_momenta(size_t f, const mechanics::Vec3d& origin) {
     const size_t nq = size_t(m_.nq());
@@ -119,9 +149,10 @@ class Clip {
   const mechanics::Mechanism& m_;
   mechanics::Workspace<double> w_;
   std::vector<Transform<double>> pose_;
+  Part part_;
   size_t frames_;
   bool moving_ = false;
-  std::vector<double> t_, q_, p_, turns_, origin_, orbit_;
+  std::vector<double> t_, q_, p_, turns_, origin_, orbit_, rate_;
   std::vector<float> poses_, momenta_;
   Json forces_ = Json::array();
   double turn_ = 0;
@@ -150,7 +181,8 @@ void add_poses(std::span<const Transform<double>> pose, const mechanics::Vec3d& 
 Json motion(const Stage& stage, std::int64_t most) {
   const Records& r = *stage.records;
   Json panels = Json::array();
-  for (const auto& p : scene::panels_of(r, *stage.mechanism, stage.springs, most, stage.run)) {
+  const auto shown = scene::Shown::bands(r.count(), most);
+  for (const auto& p : scene::panels_of(r, *stage.mechanism, stage.springs, shown, stage.run)) {
     Json lines = Json::array();
     for (const auto& l : p.lines) {
       lines.push_back(
@@ -161,12 +193,32 @@ Json motion(const Stage& stage, std::int64_t most) {
   }
   std::vector<double> holes;
   if (stage.recorded) holes = scene::before_holes(r.column("time"));
-  return {{"t", base64(r.at("time", scene::thinned(r.count(), most)))},
+  return {{"t", base64(shown.times(r.at("time", shown.rows())))},
           {"holes", base64(holes)},
           {"panels", panels}};
 }
 
-Json playback(const Stage& stage, std::int64_t most) {
+namespace {
+
+/// The records of a playback: equally far apart, and of a part closer together, from the last one
+/// before it to the first one after it.
+std::vector<std::int64_t> frames_of(const Records& r, std::int64_t most, const Part& closer) {
+  if (closer.whole() || r.count() <= most) return evenly(r.count(), most);
+  std::vector<std::int64_t> rows = evenly(r.count(), most / 4);
+  const auto t = r.column("time");
+  const std::int64_t first =
+      std::max<std::int64_t>(0, std::upper_bound(t.begin(), t.end(), closer.from) - t.begin() - 1);
+  const std::int64_t last = std::min<std::int64_t>(
+      r.count() - 1, std::lower_bound(t.begin(), t.end(), closer.to) - t.begin());
+  for (const auto k : evenly(last - first + 1, most - most / 4)) rows.push_back(first + k);
+  std::ranges::sort(rows);
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  return rows;
+}
+
+}  // namespace
+
+Json playback(const Stage& stage, std::int64_t most, const Part& closer) {
   const auto& m = *stage.mechanism;
   Json bodies = shapes_of(stage.bodies, stage.urdf, stage.touching, *stage.meshes);
   std::map<std::string, const mechanics::BodyFrame*> frames;
@@ -182,8 +234,10 @@ Json playback(const Stage& stage, std::int64_t most) {
   const std::int64_t records = stage.records->count();
   const bool all = records <= most;
   Json clips = Json::array();
-  clips.push_back(Clip(stage, evenly(records, all ? most : most / 2)).json("whole run"));
-  if (!all) clips.push_back(Clip(stage, evenly(most / 2, most / 2)).json("beginning"));
+  const auto rows = frames_of(*stage.records, all || !closer.whole() ? most : most / 2, closer);
+  clips.push_back(Clip(stage, rows, closer).json("whole run"));
+  if (!all && closer.whole())
+    clips.push_back(Clip(stage, evenly(most / 2, most / 2), {}).json("beginning"));
   const auto& g = stage.gravity;
   Json world = Json::array();
   for (const auto& s : stage.world) world.push_back(drawn(s));

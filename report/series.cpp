@@ -132,6 +132,19 @@ Json Thinned::group(const std::string& name) const {
   return list;
 }
 
+Json Thinned::stored() const {
+  Json list = group("stored");
+  std::vector<double> sum(size_t(count_), 0.0);
+  for (auto& s : list) {
+    const auto top =
+        thin("stored/" + s["name"].get<std::string>(), [&](std::int64_t i, int, const double* v) {
+          return i < count_ ? sum[size_t(i)] += v[0] : NAN;
+        });
+    s["top"] = base64(top);
+  }
+  return list;
+}
+
 Json Thinned::json() const {
   double squares = 0;
   auto rms = thin("energy_error", [&](std::int64_t i, int, const double* v) {
@@ -141,7 +154,7 @@ Json Thinned::json() const {
   Json j = {{"records", count_},
             {"exact", whole_},
             {"t", base64(t_)},
-            {"stored", group("stored")},
+            {"stored", stored()},
             {"supplied", group("supplied")},
             {"dissipated", group("dissipated")},
             {"energy_error", base64(column("energy_error"))},

@@ -281,7 +281,7 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, labe
     if title not in known:
         if title in ("states", "momenta") or what != whole and not result.has_mechanism():
             whole = "states"
-        motion, lines = _of_motion(result.states() if whole == "states" else result.motion())
+        motion, lines = _of_motion(result.states(bands=True) if whole == "states" else result.motion(bands=True))
         known.update(motion)
     draw = {**lines, **known}
     all = what == whole

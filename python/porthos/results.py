@@ -166,18 +166,19 @@ class Result(Judged):
         """Names and energies of the actuators of the folder's scene."""
         return moved_in(self.folder)[1] if self.folder else []
 
-    def motion(self, most: int = 3000) -> dict[str, dict[str, np.ndarray]]:
+    def motion(self, most: int = 3000, bands: bool = False) -> dict[str, dict[str, np.ndarray]]:
         """How the mechanism moved, at no more than `most` records: {"joints [rad]": {"elbow": ...}, ..., "time [s]": {"t": ...}}.
 
         The scene's outputs; positions and rates of joints; rotation from the start, rates, path and velocity of free bodies;
         deflection, stiffness setting, stiffness and torque of actuators, angle and torque of their motors, as motion.svg has
-        them. Phases follow each other: nan where a phase has no such line.
+        them. Phases follow each other: nan where a phase has no such line. bands: of more records the least and the largest of each
+        part, in place of one record of it, as pictures show them.
         Raises InvalidArgument for a system without a mechanism.
         """
         if self.folder is None and self.mechanism is None:
             raise InvalidArgument("the run has no mechanism whose motion could be shown, expected a scene or a MechanicalModel; "
                                   "what = \"states\" shows its states")
-        t, panels = motion_of(self, most)
+        t, panels = motion_of(self, most, bands)
         return {**panels, "time [s]": {"t": t}}
 
     def has_mechanism(self) -> bool:
@@ -187,14 +188,14 @@ class Result(Judged):
         file = self.phases[0].file
         return file is not None and "provenance/scene" in file.names and file.read("provenance/scene") != ""
 
-    def states(self, most: int = 3000) -> dict[str, dict[str, np.ndarray]]:
+    def states(self, most: int = 3000, bands: bool = False) -> dict[str, dict[str, np.ndarray]]:
         """The states of any system, at no more than `most` records: {"states [rad]": {"elbow": ...}, "momenta [kg m^2/s]": ..., "time [s]": {"t": ...}}.
 
         Series "state/..." and "momentum/..." by unit, each line (records,); of a block of several numbers "base.x", or "base.0"
         where they have no names. Angles are true angles, turns included. Phases follow each other: nan where a phase has no such
-        line. Cost: reads those series.
+        line. bands: as of motion(). Cost: reads those series.
         """
-        t, panels = states_of(self, most)
+        t, panels = states_of(self, most, bands)
         return {**panels, "time [s]": {"t": t}}
 
     def _repr_html_(self) -> str:

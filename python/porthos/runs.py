@@ -255,20 +255,21 @@ def film(results: PathLike, out: PathLike | None = None, *, start: float | None 
          dark: bool = False, trail: bool = False, text: bool = True) -> Path:
     """Writes a film (.mp4) of the playback, or the picture at `start` (.png), by a Chromium without a window: docs/report.md.
 
-    results: a folder of results, or a report.html. out: film.mp4 in that folder unless given. start, end [s]; speed in simulated seconds per second, the
+    results: a folder of results, of a part of which the records are shown, or a report.html, as it is. out: film.mp4 in that folder unless given. start, end [s]; speed in simulated seconds per second, the
     whole in 20 s unless given. camera: iso, x, y or z. follow: place, base or world; unless given the world
     with trail and where a contact touches it, else the place. trail: the whole paths of the arms' ends, not their last part.
     text: the time in a corner. Raises InvalidArgument for a report without a playback, a bad option, or if no browser is found.
     """
-    page = Path(results)
-    if page.is_dir():
-        page = page / "report.html"
-        if not page.exists():
-            report(results)
-    elif not page.is_file():
-        raise InvalidArgument(f"{page} is no folder of results and no report.html")
-    out = Path(out) if out is not None else page.parent / "film.mp4"
-    _core.write_film(str(page), str(out), size, start, end, speed, camera, follow or ("world" if trail else ""), orbit, arrows, dark, trail, text)
+    source = Path(results)
+    if source.is_dir():
+        if not (source / "report.html").exists():
+            report(source)
+    elif not source.is_file():
+        raise InvalidArgument(f"{source} is no folder of results and no report.html")
+    out = Path(out) if out is not None else (source if source.is_dir() else source.parent) / "film.mp4"
+    remark = _core.write_film(str(source), str(out), size, start, end, speed, camera, follow or ("world" if trail else ""), orbit, arrows, dark, trail, text)
+    if remark:
+        warnings.warn(remark, stacklevel=2)
     return out
 
 

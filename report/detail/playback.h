@@ -8,6 +8,7 @@
 #include "contact/geometry/shape.h"
 #include "mechanics/mechanical_model.h"
 #include "report/detail/mesh_shelf.h"
+#include "report/report.h"
 #include "scene/plot/motion.h"
 
 namespace porthos::report {
@@ -37,18 +38,18 @@ mechanics::Vec3d origin_of(const mechanics::Mechanism& m,
 void add_poses(std::span<const mechanics::Transform<double>> pose, const mechanics::Vec3d& origin,
                std::vector<float>& to);
 
-/// The panels of scene::motion_panels at no more than `most` records, equally far apart:
-/// {t, holes, panels: [{what, lines: [{name, v, held?}]}]}, holes [s]: as those of a panel.
+/// The panels of scene::motion_panels, of no more than `most` values a line (Shown::bands): {t, holes, panels: [{what, lines: [{name, v, held?}]}]}, holes [s]: as those of a panel.
 Json motion(const Stage& stage, std::int64_t most);
 
 /// Poses of the moving bodies at no more than `most` records, equally far apart: whole run, and
-/// where records were left out also its beginning, record by record. {bodies: shapes with node and
-/// pose, world: [{kind, size, p, q}] that contacts touch, nodes, clips: [{name, t, origin, poses,
+/// where records were left out also its beginning, record by record. closer: a part of the run
+/// whose records come first, as many as there is room for. {bodies: shapes with node and pose,
+/// world: [{kind, size, p, q}] that contacts touch, nodes, clips: [{name, t, origin, poses,
 /// orbit?, turn, momenta?, forces}]}: origin [m] of each frame and, relative to it, seven numbers
-/// per node (place, quaternion w x y z); turn: the largest rotation of a body between two frames
-/// [rad]; momenta: nine numbers per frame (centre of mass relative to the origin, momentum, angular
-/// momentum about that centre, world axes); forces: [{body, v}], what a joint exerts on the body,
-/// in its axes [N].
-Json playback(const Stage& stage, std::int64_t most);
+/// per node (place, quaternion w x y z); turn: the largest rotation of a body or a joint between
+/// two frames, from their poses or their rates, in the part [rad]; momenta: nine numbers per frame
+/// (centre of mass relative to the origin, momentum, angular momentum about that centre, world
+/// axes); forces: [{body, v}], what a joint exerts on the body, in its axes [N].
+Json playback(const Stage& stage, std::int64_t most, const Part& closer = {});
 
 }  // namespace porthos::report

@@ -39,6 +39,9 @@ class Thinned {
   std::vector<float> length(const std::string& name) const;
   std::vector<float> rate(const std::string& name) const;
   Json group(const std::string& name) const;
+  /// The stored energies, each with the sum of it and those before it as "top": the least and the
+  /// largest of a sum are not those of its parts.
+  Json stored() const;
 
   const Records& records_;
   std::int64_t count_;

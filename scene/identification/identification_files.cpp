@@ -10,6 +10,7 @@
 #include "scene/files/files.h"
 #include "scene/files/text_table.h"
 #include "scene/identification/identification.h"
+#include "scene/plot/shown.h"
 #include "scene/plot/trace_plot.h"
 #include "scene/read/toml_table-inl.h"
 #include "scene/run/provenance.h"
@@ -95,17 +96,18 @@ Json residuals_json(const Identification& r) {
 std::string residual_plot(const Identification& r) {
   constexpr size_t most = 6;
   std::vector<TracePanel> panels;
+  const auto shown = Shown::bands(std::int64_t(r.times.size()), most_shown);
+  const auto t = shown.times(shown.picked(r.times));
   for (size_t i = 0; i < std::min(most, r.columns.size()); ++i) {
     const auto sizes = [&](const std::vector<double>& residual) {
-      std::vector<double> all;
-      for (const double x : residual) all.push_back(std::fabs(x));
-      return all;
+      std::vector<double> all = shown.picked(residual);
+      for (double& x : all) x = std::fabs(x);
+      return shown.values(all);
     };
     const bool known = r.noise_known();
     panels.push_back(
         {r.columns[i].of.name + (known ? " [sigma]" : " [" + r.columns[i].of.unit + "]"),
-         {{"with the start values", r.times, sizes(r.before[i])},
-          {"as found", r.times, sizes(r.after[i])}},
+         {{"with the start values", t, sizes(r.before[i])}, {"as found", t, sizes(r.after[i])}},
          true});
   }
   return trace_plot(panels, r.title + ": |run - log|",

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/kinematics.h"
@@ -271,29 +270,6 @@ std::vector<std::string> turning_joints(const MotionRecords& r) {
     }
   }
   return all;
-}
-
-std::vector<std::int64_t> thinned(std::int64_t count, std::int64_t most) {
-  if (count <= most || most < 3) return evenly(count, most);
-  std::vector<std::int64_t> rows{0};
-  const std::int64_t parts = most - 2;
-  std::minstd_rand draw;  // the same on every machine
-  for (std::int64_t k = 0; k < parts; ++k) {
-    const std::int64_t from = 1 + k * (count - 2) / parts, to = 1 + (k + 1) * (count - 2) / parts;
-    rows.push_back(from + std::int64_t(draw()) % (to - from));
-  }
-  rows.push_back(count - 1);
-  return rows;
-}
-
-std::vector<std::int64_t> evenly(std::int64_t count, std::int64_t most) {
-  std::vector<std::int64_t> rows;
-  const std::int64_t shown = std::min(count, most);
-  for (std::int64_t k = 0; k < shown; ++k)
-    rows.push_back(shown < 2 || count <= most
-                       ? k
-                       : std::llround(double(k) * double(count - 1) / double(shown - 1)));
-  return rows;
 }
 
 }  // namespace porthos::scene

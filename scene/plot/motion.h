@@ -59,13 +59,4 @@ std::vector<std::string> turning_joints(const MotionRecords& records);
 std::vector<TracePanel> motion_panels(const mechanics::Mechanism& mechanism,
                                       const MotionRecords& records);
 
-inline constexpr std::int64_t most_of_motion = 1500;  ///< records in a plot of the motion
-
-/// At most `most` of `count` records for a line, the first and the last among them: one of each of
-/// equal parts, anywhere in it but always the same. Equal distances would show a swing that is
-/// faster than they are as a slow one; so it fills its band.
-std::vector<std::int64_t> thinned(std::int64_t count, std::int64_t most);
-/// At most `most` of `count` records, equally far apart, the first and the last among them.
-std::vector<std::int64_t> evenly(std::int64_t count, std::int64_t most);
-
 }  // namespace porthos::scene

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "scene/plot/plot.h"
+#include "scene/plot/shown.h"
 #include "scene/plot/trace_plot.h"
 #include "scene/run/record_log.h"
 #include "scene/run/run_report.h"
@@ -49,10 +50,12 @@ std::string panel_plot(const Scene& scene, const Assembly& assembly, const RunRe
 
   const RecordLayout layout(scene, assembly);
   std::vector<std::int64_t> turns(layout.turns);
-  const std::int64_t every = std::max<std::int64_t>(1, report.records / 1500);
+  const auto shown = Shown::bands(report.records, most_shown);
+  auto next = shown.rows().begin();
   std::int64_t k = 0;
   each_record(log, layout, [&](std::span<const double> row) {
-    if (k++ % every != 0) return;
+    if (next == shown.rows().end() || k++ != *next) return;
+    ++next;
     const double t = row[layout.time()];
     const auto x = row.subspan(layout.x(), layout.nx);
     for (size_t p = 0; p < at.size(); ++p) {
@@ -69,6 +72,11 @@ std::string panel_plot(const Scene& scene, const Assembly& assembly, const RunRe
   });
   std::vector<TracePanel> panels{tips};
   if (base >= 0) panels.push_back(rates);
+  for (TracePanel& p : panels)
+    for (TraceLine& l : p.lines) {
+      l.t = shown.times(l.t);
+      l.value = shown.values(l.value);
+    }
   return trace_plot(panels, scene.title, plot_subtitle(report));
 }
 

@@ -19,7 +19,7 @@ namespace {
 
 using colour::grid, colour::ink, colour::soft;
 
-constexpr size_t most_points = 1500, most_in_column = 6;
+constexpr size_t most_in_column = 6;
 constexpr double gap_in_legend = 4;  ///< right of an entry
 
 class TracePlot {
@@ -180,7 +180,6 @@ class TracePlot {
     const auto& value = d.to.empty() ? d.line->value : d.to;
     const auto& from = d.to.empty() ? d.line->low : d.from;
     const size_t n = std::min(t.size(), value.size());
-    const size_t every = std::max<size_t>(1, n / most_points);
     std::vector<std::string> points, back;
     std::string level;  // of the point before
     const auto flush = [&] {
@@ -195,10 +194,9 @@ class TracePlot {
       points.clear();
       back.clear();
     };
-    size_t seen = 0, hole = 0;
-    for (size_t k = 0; k < n; k += every) {
-      bool broken = d.wraps && k > 0 && std::fabs(value[k] - value[k - every]) > std::numbers::pi;
-      for (; seen < k; ++seen) broken |= !std::isfinite(value[seen]);  // one that is not drawn
+    size_t hole = 0;
+    for (size_t k = 0; k < n; ++k) {
+      bool broken = d.wraps && k > 0 && std::fabs(value[k] - value[k - 1]) > std::numbers::pi;
       for (; hole < p.holes.size() && p.holes[hole] < t[k]; ++hole) broken = true;
       const double s = scaled(value[k]);
       const bool drawn =

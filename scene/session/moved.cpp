@@ -25,12 +25,13 @@ namespace {
 /// @param group  "state" or "momentum"
 /// @param angles, turns  the names behind the columns of "turns", and its shown rows
 void add_state(std::vector<TracePanel>& panels, const Records& records, const std::string& group,
-               const std::string& block, const std::vector<std::int64_t>& shown,
-               const std::vector<std::string>& angles, const std::vector<double>& turns) {
+               const std::string& block, const Shown& shown, const std::vector<std::string>& angles,
+               const std::vector<double>& turns) {
   const bool state = group == "state";
   const std::string name = group + "/" + block;
-  auto rows = records.at(name, shown);
-  const size_t columns = rows.size() / std::max<size_t>(shown.size(), 1);
+  const size_t count = shown.rows().size();
+  auto rows = records.at(name, shown.rows());
+  const size_t columns = rows.size() / std::max<size_t>(count, 1);
   if (const auto at = std::ranges::find(angles, block, link_name); state && at != angles.end())
     if (turns.size() == angles.size() * rows.size())
       for (size_t i = 0; i < rows.size(); ++i)
@@ -43,17 +44,17 @@ void add_state(std::vector<TracePanel>& panels, const Records& records, const st
     TraceLine line{columns == 1              ? block
                    : names.size() == columns ? block + "." + names[k]
                                              : fmt::format("{}.{}", block, k)};
-    for (size_t i = 0; i < shown.size(); ++i) line.value.push_back(rows[i * columns + k]);
+    for (size_t i = 0; i < count; ++i) line.value.push_back(rows[i * columns + k]);
+    line.value = shown.values(line.value);
     panel->lines.push_back(std::move(line));
   }
 }
 
 }  // namespace
 
-std::vector<TracePanel> states_of(const Records& records, std::int64_t most) {
-  const auto shown = thinned(records.count(), most);
+std::vector<TracePanel> states_of(const Records& records, const Shown& shown) {
   const auto angles = records.columns("turns");
-  const auto turns = records.at("turns", shown);
+  const auto turns = records.at("turns", shown.rows());
   std::vector<TracePanel> panels;
   for (const char* group : {"state", "momentum"})
     for (const auto& block : records.names(group))
@@ -80,16 +81,21 @@ std::vector<double> holes_in(const Records& records, const std::string& method) 
 }
 
 std::vector<TracePanel> panels_of(const Records& r, const mechanics::Mechanism& m,
-                                  const std::vector<Spring>& springs, std::int64_t most,
+                                  const std::vector<Spring>& springs, const Shown& shown,
                                   const WholeRun& whole) {
-  const auto shown = thinned(r.count(), most);
-  const auto series = [&](const std::string& name) { return r.at(name, shown); };
+  const auto series = [&](const std::string& name) { return r.at(name, shown.rows()); };
   MotionRecords records{series("time"), r.columns("turns"), series};
   records.whole = whole;
   for (const auto& name : r.names("output"))
     records.outputs.emplace_back(name, r.unit("output/" + name));
   records.springs = springs;
-  return motion_panels(m, records);
+  auto panels = motion_panels(m, records);
+  for (TracePanel& p : panels)
+    for (TraceLine& l : p.lines) {
+      l.t = shown.times(l.t);
+      l.value = shown.values(l.value);
+    }
+  return panels;
 }
 
 Moved moved_in(const fs::path& part) {
@@ -171,10 +177,10 @@ std::string name_of_phase(size_t k, double from, const EventTimes& happened) {
   return fmt::format("phase {}{}{}", k + 1, events.empty() ? "" : ": ", events);
 }
 
-/// panels(k, most): those of phase k.
+/// panels(k, shown): those of phase k.
 template <class Panels>
 Motion over_phases(const fs::path& folder, const std::vector<std::unique_ptr<Records>>& phases,
-                   std::int64_t most, const Panels& panels) {
+                   std::int64_t most, ShownOf shown_of, const Panels& panels) {
   Motion whole;
   const auto [method, happened] = of_summary(folder, [](const nlohmann::ordered_json& s) {
     return std::pair{s.value("method", ""), event_times(s).value_or(EventTimes())};
@@ -182,13 +188,13 @@ Motion over_phases(const fs::path& folder, const std::vector<std::unique_ptr<Rec
   const auto each = std::max<std::int64_t>(most / std::int64_t(phases.size()), 2);
   for (size_t k = 0; k < phases.size(); ++k) {
     const size_t before = whole.t.size();
-    for (const double t : phases[k]->at("time", thinned(phases[k]->count(), each)))
-      whole.t.push_back(t);
+    const Shown shown = shown_of(phases[k]->count(), each);
+    for (const double t : shown.times(phases[k]->at("time", shown.rows()))) whole.t.push_back(t);
     if (k > 0 && whole.t.size() > before)
       whole.marks.push_back({whole.t[before], name_of_phase(k, whole.t[before], happened)});
     const auto holes = holes_in(*phases[k], method);
     whole.holes.insert(whole.holes.end(), holes.begin(), holes.end());
-    append_phase(whole, panels(k, each), before, whole.t.size() - before);
+    append_phase(whole, panels(k, shown), before, whole.t.size() - before);
   }
   for (TracePanel& p : whole.panels)
     for (TraceLine& l : p.lines) l.t = whole.t;
@@ -198,7 +204,7 @@ Motion over_phases(const fs::path& folder, const std::vector<std::unique_ptr<Rec
 }  // namespace
 
 Motion motion_in(const fs::path& folder, std::int64_t most,
-                 std::shared_ptr<const mechanics::Mechanism> mechanism) {
+                 std::shared_ptr<const mechanics::Mechanism> mechanism, ShownOf shown_of) {
   require_finished(folder);
   const auto parts = parts_of(folder);
   const Moved moved = mechanism ? Moved{{parts.size(), mechanism}} : moved_in(folder);
@@ -209,8 +215,8 @@ Motion motion_in(const fs::path& folder, std::int64_t most,
         folder.string()));
   const auto phases = records_of(parts);
   const WholeRun run = whole_run(phases);
-  return over_phases(folder, phases, most, [&](size_t k, std::int64_t each) {
-    return panels_of(*phases[k], *moved.mechanisms[k], moved.springs, each, run);
+  return over_phases(folder, phases, most, shown_of, [&](size_t k, const Shown& shown) {
+    return panels_of(*phases[k], *moved.mechanisms[k], moved.springs, shown, run);
   });
 }
 
@@ -218,11 +224,11 @@ bool has_scene(const fs::path& folder) {
   return !open_run_file(parts_of(folder)[0] / "run.h5")->scene().scene.empty();
 }
 
-Motion states_in(const fs::path& folder, std::int64_t most) {
+Motion states_in(const fs::path& folder, std::int64_t most, ShownOf shown_of) {
   require_finished(folder);
   const auto phases = records_of(parts_of(folder));
-  return over_phases(folder, phases, most,
-                     [&](size_t k, std::int64_t each) { return states_of(*phases[k], each); });
+  return over_phases(folder, phases, most, shown_of,
+                     [&](size_t k, const Shown& shown) { return states_of(*phases[k], shown); });
 }
 
 }  // namespace porthos::scene

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "scene/plot/motion.h"
+#include "scene/plot/shown.h"
 #include "scene/session/records.h"
 
 namespace porthos::scene {
@@ -27,11 +28,14 @@ struct Motion {
   std::vector<TimeMark> marks = {};  ///< where a phase begins, by what began it
   std::vector<double> holes = {};    ///< holes_in() of all phases
 };
-/// That of a finished run or of one of its phases, at no more than `most` records. mechanism: in
+/// What is shown of the records of a phase: Shown::records or Shown::bands.
+using ShownOf = Shown (*)(std::int64_t count, std::int64_t most);
+/// That of a finished run or of one of its phases, at no more than `most` times. mechanism: in
 /// place of that of moved_in(), of a model made in code.
 /// @throws InvalidArgument as moved_in(), and for a system without a mechanism
 Motion motion_in(const std::filesystem::path& folder, std::int64_t most,
-                 std::shared_ptr<const mechanics::Mechanism> mechanism = nullptr);
+                 std::shared_ptr<const mechanics::Mechanism> mechanism = nullptr,
+                 ShownOf shown = Shown::bands);
 
 /// Whether the results are of a scene, not of a system made in code.
 /// @throws InvalidArgument if there is no run.h5
@@ -41,16 +45,17 @@ bool has_scene(const std::filesystem::path& folder);
 /// one for each unit, with a line for each number of the series "state/..." and "momentum/...".
 /// Angles have their turns.
 /// @throws InvalidArgument as replot()
-Motion states_in(const std::filesystem::path& folder, std::int64_t most);
+Motion states_in(const std::filesystem::path& folder, std::int64_t most,
+                 ShownOf shown = Shown::bands);
 /// Those panels of one run or phase.
-std::vector<TracePanel> states_of(const Records& records, std::int64_t most);
+std::vector<TracePanel> states_of(const Records& records, const Shown& shown);
 
 /// What the phases of a run share, whose records these are. They must outlive it.
 WholeRun whole_run(const std::vector<std::unique_ptr<Records>>& phases);
 
-/// The panels of the motion in records, of which at most so many are shown.
+/// The panels of the motion in records.
 std::vector<TracePanel> panels_of(const Records& records, const mechanics::Mechanism& mechanism,
-                                  const std::vector<Spring>& springs, std::int64_t most,
+                                  const std::vector<Spring>& springs, const Shown& shown,
                                   const WholeRun& whole = {});
 
 /// Of the records of a judged file behind which others are missing [s]; none of a run.

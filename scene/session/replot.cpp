@@ -106,7 +106,8 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
   std::vector<std::pair<std::string, std::string>> pictures{
       {"energy_error.svg", draw({residual_of(*records, r)})},
       {"ledger.svg", ledger_plot(series, r.title, plot_subtitle(r))}};
-  if (auto panels = mechanism ? panels_of(*records, *mechanism, springs, most_of_motion)
+  if (auto panels = mechanism ? panels_of(*records, *mechanism, springs,
+                                          Shown::bands(records->count(), most_shown))
                               : std::vector<TracePanel>();
       !panels.empty()) {
     for (TracePanel& p : panels) p.holes = series.holes;
@@ -280,8 +281,7 @@ std::vector<std::string> replot(const fs::path& folder) {
 
 std::vector<std::string> figures(const fs::path& folder, const std::string& what,
                                  const TimeSpan& span) {
-  const std::int64_t most =
-      span.whole() ? most_of_motion : std::numeric_limits<std::int64_t>::max();
+  const std::int64_t most = span.whole() ? most_shown : std::numeric_limits<std::int64_t>::max();
   const std::string title = without_unit(what);
   require_finished(folder);
   if (title != "energies" && title != "works" && title != "residual") {
@@ -289,8 +289,7 @@ std::vector<std::string> figures(const fs::path& folder, const std::string& what
         title == "states" || title == "momenta" || (what != "motion" && !has_scene(folder));
     const Motion motion = states ? states_in(folder, most) : motion_in(folder, most);
     InSpan found;
-    auto panels =
-        cut(named(motion, what, states ? "states" : "motion"), span, most_of_motion, found);
+    auto panels = cut(named(motion, what, states ? "states" : "motion"), span, most_shown, found);
     for (TracePanel& p : panels) {
       p.holes = motion.holes;
       for (const TimeMark& m : motion.marks)
@@ -304,7 +303,7 @@ std::vector<std::string> figures(const fs::path& folder, const std::string& what
   for (const fs::path& part : parts_of(folder))
     all.push_back(of_summary(part, [&](const Json& s) {
       InSpan here;
-      const auto panels = cut({balance_panel(part, s, title, span)}, span, most_of_motion, here);
+      const auto panels = cut({balance_panel(part, s, title, span)}, span, most_shown, here);
       found = {std::min(found.first, here.first), std::max(found.last, here.last),
                std::max(found.most, here.most)};
       return here.most > 1 ? figure(panels) : std::string();

@@ -52,8 +52,9 @@ std::string motion(const Scene& scene, const Assembly& assembly, const RunReport
                    const fs::path& log, const std::vector<double>& gaps) {
   if (!assembly.mechanism) return "";
   const auto rows = open_log(log, assembly.model->description(), RecordLayout(scene, assembly),
-                             thinned(r.records, most_of_motion));
-  auto panels = panels_of(*rows, *assembly.mechanism, springs_of(scene), most_of_motion);
+                             Shown::bands(r.records, most_shown).rows());
+  auto panels = panels_of(*rows, *assembly.mechanism, springs_of(scene),
+                          Shown::bands(rows->count(), most_shown));
   for (TracePanel& p : panels) p.holes = gaps;
   return panels.empty() ? "" : trace_plot(panels, scene.title, plot_subtitle(r));
 }

@@ -5,23 +5,28 @@
 #include <algorithm>
 
 #include "phs/error.h"
-#include "scene/plot/motion.h"
+#include "scene/plot/shown.h"
 
 namespace porthos::scene {
 namespace {
 
-/// What of a line lies in a span, at no more than `most` records.
-TraceLine cut_line(const TraceLine& l, const TimeSpan& span, std::int64_t most) {
+/// What of a line lies in a span, at no more than `most` times.
+TraceLine cut_line(const TraceLine& l, bool stacked, const TimeSpan& span, std::int64_t most) {
   TraceLine part{l.name, {}, {}, l.stroke};
   std::vector<size_t> inside;
   for (size_t i = 0; i < l.t.size(); ++i)
     if (l.t[i] >= span.from && l.t[i] <= span.to) inside.push_back(i);
-  for (const auto k : thinned(std::int64_t(inside.size()), most)) {
-    const size_t i = inside[size_t(k)];
-    part.t.push_back(l.t[i]);
-    part.value.push_back(l.value[i]);
-    if (!l.low.empty()) part.low.push_back(l.low[i]);
-  }
+  const auto shown = stacked || !l.low.empty() ? Shown::records(inside.size(), most)
+                                               : Shown::bands(inside.size(), most);
+  const auto of = [&](const std::vector<double>& all) {
+    std::vector<double> read;
+    if (!all.empty())
+      for (const auto k : shown.rows()) read.push_back(all[inside[size_t(k)]]);
+    return read;
+  };
+  part.t = shown.times(of(l.t));
+  part.value = shown.values(of(l.value));
+  part.low = of(l.low);
   if (l.stroke != Stroke::limit || l.t.empty()) return part;
   part.t = {std::max(l.t.front(), span.from), std::min(l.t.back(), span.to)};
   part.value = l.value;
@@ -49,7 +54,7 @@ std::vector<TracePanel> cut(std::vector<TracePanel> panels, const TimeSpan& span
       const bool limit = l.stroke == Stroke::limit;
       if (!limit && !l.t.empty())
         found = {std::min(found.first, l.t.front()), std::max(found.last, l.t.back()), found.most};
-      l = cut_line(l, span, each);
+      l = cut_line(l, p.stacked, span, each);
       if (!limit)
         most =
             std::max(most, std::ranges::count_if(l.value, [](auto x) { return std::isfinite(x); }));

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -18,6 +19,7 @@
 #include "phs/error.h"
 #include "report/detail/series.h"
 #include "report/detail/shapes.h"
+#include "report/detail/stage_page.h"
 #include "scene/files/files.h"
 #include "scene/session/moved.h"
 #include "scene/session/run.h"
@@ -305,6 +307,42 @@ TEST_F(Report, BoxesAreNoLargerThanTheirBodiesCanBe) {
                 longest(k + 1), cases[k].drawn);
     EXPECT_NEAR(longest(k + 1), cases[k].drawn, 0.01 * cases[k].drawn + 1e-9);
   }
+}
+
+/// Of a part of a long run the playback has every record, at its time; of the whole of it (control)
+/// it has some, and tells how far the hinge turns to and fro between two of them.
+TEST_F(Report, APartOfALongRunHasAPlaybackOfItsOwn) {
+  auto scene = scene::read_scene(folder_ / "scene.toml");
+  scene::apply(scene, {.method = "stormer_verlet", .step = 0.01, .duration = 400});
+  scene.record_every = 0.01;
+  scene::RunOptions options;
+  options.out = (folder_ / "long").string();
+  scene::run(scene, scene::assemble(scene), options);
+  const fs::path page = folder_ / "page.html", made = folder_ / "part.html";
+  std::ofstream(page) << "<script>@PORTHOS_DATA@</script>";
+  write_report(options.out, fs::path(options.out) / "report.html", page);
+  write_part(options.out, made, page, {300, 310});
+  const auto clip_of = [](const fs::path& file) {
+    const std::string text = scene::read_file(file);
+    return Json::parse(text.substr(8, text.size() - 17))["phases"][0]["playback"]["clips"][0];
+  };
+  const auto inside = [&](const Json& clip) {
+    const std::string bytes = bytes_of_base64(clip["t"].dump());
+    int n = 0;
+    for (size_t i = 0; i + 8 <= bytes.size(); i += 8) {
+      double t;
+      std::memcpy(&t, bytes.data() + i, 8);
+      n += t >= 300 - 1e-9 && t <= 310 + 1e-9;
+    }
+    return n;
+  };
+  const Json part = clip_of(made), whole = clip_of(fs::path(options.out) / "report.html");
+  EXPECT_EQ(inside(part), 1001);
+  EXPECT_LT(inside(whole), 60);
+  std::printf("  between two frames of the part %.3f rad, of the whole %.2f rad\n",
+              part["turn"].get<double>(), whole["turn"].get<double>());
+  EXPECT_LT(part["turn"], 0.05);
+  EXPECT_GT(whole["turn"], 0.2);
 }
 
 TEST_F(Report, TextOfTheRunCannotLeaveItsScript) {

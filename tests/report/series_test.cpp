@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 
 namespace porthos::report::series_test {
 namespace {
@@ -15,7 +16,7 @@ class Made : public Records {
   explicit Made(std::int64_t n, bool momenta = true) : n_(n), momenta_(momenta) {}
   std::int64_t count() const override { return n_; }
   std::vector<std::string> names(const std::string& g) const override {
-    return g == "stored" ? std::vector<std::string>{"kinetic"} : std::vector<std::string>{};
+    return g == "stored" ? std::vector<std::string>{"0", "1", "2"} : std::vector<std::string>{};
   }
   bool has(const std::string& name) const override {
     return name != "sweeps" && (momenta_ || !name.ends_with("momentum_error"));
@@ -26,6 +27,8 @@ class Made : public Records {
   static double value(const std::string& name, std::int64_t i) {
     if (name == "time") return 0.5 * double(i);
     if (name == "step") return double(2 * i);
+    if (name.starts_with("stored/"))  // the sum is 3
+      return 1 + std::sin(0.7 * double(i) + 2 * std::numbers::pi / 3 * (name.back() - '0'));
     if (name == "energy_error")
       return i == 7777 ? 1.0 : i == 54321 ? -2.0 : 1e-3 * std::sin(0.1 * double(i));
     return 1;
@@ -112,6 +115,22 @@ TEST(Series, NoPeakIsLost) {
   for (std::int64_t i = 0; i < 100000; i += 166)
     most = std::max(most, std::fabs(float(Made::value("energy_error", i))));
   EXPECT_LT(most, 0.01f);
+}
+
+// Three energies that swing against each other: what is kept in sum is drawn so.
+TEST(Series, AStackOfEnergiesIsOfTheSameRecords) {
+  const Json stored = Thinned(Made(100000), 300).json()["stored"];
+  const auto top = decoded<float>(stored[2]["top"]);
+  const auto [low, high] = std::ranges::minmax(top);
+  std::vector<float> sum(top.size(), -3);  // control: the sum of what is shown of each
+  for (const auto& s : stored) {
+    const auto v = decoded<float>(s["v"]);
+    for (size_t i = 0; i < v.size(); ++i) sum[i] += v[i];
+  }
+  const float off = std::fabs(*std::ranges::max_element(sum));
+  std::printf("  spread of the sum %.1e   bound 1e-6; of each by itself %.2f\n", high - low, off);
+  EXPECT_LT(high - low, 1e-6f);
+  EXPECT_GT(off, 1.0f);
 }
 
 TEST(Series, LengthsAndRates) {

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "mechanics/momentum.h"
 #include "scene/session/replot.h"
@@ -130,43 +129,6 @@ TEST(Motion, WithoutMomentaThereAreNoRates) {
   EXPECT_EQ(s.panels().size(), 3u);
   s.series.erase("state/wheel");
   EXPECT_TRUE(s.panels().empty());
-}
-
-TEST(Motion, RecordsAreEquallyFarApart) {
-  EXPECT_EQ(scene::evenly(3, 5), (std::vector<std::int64_t>{0, 1, 2}));
-  EXPECT_EQ(scene::evenly(9, 5), (std::vector<std::int64_t>{0, 2, 4, 6, 8}));
-  EXPECT_EQ(scene::evenly(1, 5), (std::vector<std::int64_t>{0}));
-  EXPECT_TRUE(scene::evenly(0, 5).empty());
-}
-
-// Of a swing that is faster than a picture has records neighbours are as good as independent; at
-// equal distances (control) it is drawn as a slow one.
-TEST(Motion, ThinnedRecordsShowNoSlowSwingThatIsNotThere) {
-  constexpr std::int64_t count = 320001, most = 1500;
-  const double period = double(count - 1) / (most - 1) * 1.002;
-  const auto alike = [&](const std::vector<std::int64_t>& rows) {
-    EXPECT_EQ(rows.size(), size_t(most));
-    EXPECT_EQ(rows.front(), 0);
-    EXPECT_EQ(rows.back(), count - 1);
-    double sum = 0;
-    for (size_t k = 1; k < rows.size(); ++k) {
-      EXPECT_LT(rows[k - 1], rows[k]);
-      const auto y = [&](size_t i) {
-        return std::sin(2 * std::numbers::pi * double(rows[i]) / period);
-      };
-      sum += 2 * y(k) * y(k - 1) / double(rows.size());
-    }
-    return sum;
-  };
-  const double thinned = alike(scene::thinned(count, most)),
-               even = alike(scene::evenly(count, most));
-  std::printf("  correlation of neighbours: %.3f   bound 0.1; at equal distances %.3f\n", thinned,
-              even);
-  EXPECT_LT(std::fabs(thinned), 0.1);
-  EXPECT_GT(even, 0.9);
-  for (const std::int64_t n : {3, 4, 5, 7, 10, 1501})
-    EXPECT_EQ(scene::thinned(n, 1500).size(), size_t(std::min<std::int64_t>(n, 1500)));
-  EXPECT_EQ(scene::thinned(1501, 1500), scene::thinned(1501, 1500));
 }
 
 }  // namespace

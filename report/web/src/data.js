@@ -38,9 +38,21 @@ function join(phases) {
       })) };
     });
   };
+  // Each energy upon those before it, from zero or from its least value where that is below zero.
+  const stored = group("stored", false);
+  for (const s of stored) s.least = s.v.reduce((a, b) => (b < a ? b : a), 0), s.parts = [];
+  all.forEach((phase, k) => {
+    let below = 0, top = new Float64Array(t[k].length);
+    for (const s of stored) {
+      const found = phase.stored.find((x) => x.name === s.name);
+      if (found) below += s.least, top = Float64Array.from(floats(found.top), (x) => x - below);
+      s.parts.push(top);
+    }
+  });
+  for (const s of stored) s.top = joined(s.parts), delete s.parts;
   return {
     t: joined(t), records: all.reduce((n, s) => n + s.records, 0), exact: all.every((s) => s.exact),
-    stored: group("stored", false), supplied: group("supplied", true), dissipated: group("dissipated", true),
+    stored, supplied: group("supplied", true), dissipated: group("dissipated", true),
     error: plain("energy_error"), rms: plain("energy_rms"), linear: plain("linear"), angular: plain("angular"),
     quaternion: plain("quaternion"), step: plain("step"), sweeps: all.some((s) => s.sweeps) ? plain("sweeps") : null,
   };

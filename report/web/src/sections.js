@@ -61,15 +61,8 @@ export function verdict(d) {
 export function energy(d) {
   const s = d.series, t = s.t;
   const colours = (i) => `c${i % 8}`;
-  // Stacked: each from zero, or from its least value where that is below zero.
-  let below = new Float64Array(t.length);
-  const negative = [];
-  const stack = s.stored.map((x, i) => {
-    const least = Math.min(0, x.v.reduce((a, b) => (b < a ? b : a), 0));
-    if (least < 0) negative.push(x.name);
-    below = below.map((b, k) => b + (Number.isFinite(x.v[k]) ? x.v[k] - least : 0));
-    return { name: x.name, v: below, shown: x.v, colour: colours(i), fill: true, width: 1.3 };
-  });
+  const negative = s.stored.filter((x) => x.least < 0).map((x) => x.name);
+  const stack = s.stored.map((x, i) => ({ name: x.name, v: x.top, shown: x.v, colour: colours(i), fill: true, width: 1.3 }));
   const flows = [
     ...s.supplied.map((x, i) => ({ name: `${x.name} (in)`, v: x.v, colour: colours(i), width: 1.8 })),
     ...s.dissipated.map((x, i) => ({ name: `${x.name} (lost)`, v: x.v.map((y) => -y), shown: x.v, colour: colours(i + s.supplied.length), dash: [7, 4], width: 1.8 })),
