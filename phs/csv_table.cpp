@@ -40,18 +40,21 @@ std::optional<double> number_in(std::string_view cell, char decimal) {
   return as_number(cell);
 }
 
-/// "q [rad]" is "q": the unit is what Porthos expects and writes itself. Other units stay in the
-/// name, which nothing asks for then.
+/// "q [rad]" and "q (rad)" are "q": the unit is what Porthos expects and writes itself. Other units
+/// stay in the name, which nothing asks for then.
 std::string_view without_unit(std::string_view name) {
-  if (!name.ends_with(']')) return name;
-  const auto open = name.rfind(" [");
+  if (!name.ends_with(']') && !name.ends_with(')')) return name;
+  const auto open = name.rfind(name.back() == ']' ? " [" : " (");
   if (open == std::string_view::npos || open == 0) return name;
-  constexpr std::string_view units[] = {"1", "s", "m", "rad", "kg", "N", "J", "W", "A", "V", "T"};
+  constexpr std::string_view units[] = {"1", "s", "m", "rad", "kg", "N",  "J",
+                                        "W", "A", "V", "T",   "Nm", "Nms"};
+  constexpr std::string_view between = " /*.\xC2\xB7";  // the last two are a middle dot
   std::string_view unit = name.substr(open + 2, name.size() - open - 3);
   while (!unit.empty()) {
-    const auto end = std::min(unit.find_first_of(" /"), unit.size());
+    const auto end = std::min(unit.find_first_of(between), unit.size());
     const auto one = unit.substr(0, std::min(unit.find('^'), end));
-    if (std::find(std::begin(units), std::end(units), one) == std::end(units)) return name;
+    if (!one.empty() && std::find(std::begin(units), std::end(units), one) == std::end(units))
+      return name;
     unit.remove_prefix(std::min(end + 1, unit.size()));
   }
   return without_edges(name.substr(0, open));

@@ -38,7 +38,8 @@ mechanics::Vec3d origin_of(const mechanics::Mechanism& m,
 void add_poses(std::span<const mechanics::Transform<double>> pose, const mechanics::Vec3d& origin,
                std::vector<float>& to);
 
-/// The panels of scene::motion_panels, of no more than `most` values a line (Shown::bands): {t, holes, panels: [{what, lines: [{name, v, held?}]}]}, holes [s]: as those of a panel.
+/// The panels of scene::motion_panels, of no more than `most` values a line (Shown::bands):
+/// {t, holes, panels: [{what, lines: [{name, v, held?}]}]}, holes [s]: as those of a panel.
 Json motion(const Stage& stage, std::int64_t most);
 
 /// Poses of the moving bodies at no more than `most` records, equally far apart: whole run, and

@@ -92,6 +92,12 @@ void add_agreement(Identification& r, const Eigen::VectorXd& before, const Eigen
 
 void add_notes(Identification& r, const Scene& scene, const Log& log, const std::string& edge) {
   constexpr size_t most = 6;
+  const double first = log.times.front(), length = log.times.back() - first;
+  if (first > 10 * length / double(log.times.size()))
+    r.notes.push_back(fmt::format(
+        "the log begins at {:g} s, the scene at 0: where they begin together, take {:g} s from the "
+        "log's times",
+        first, first));
   if (!log.unused.empty()) {
     std::vector<std::string> some(
         log.unused.begin(), log.unused.begin() + std::ptrdiff_t(std::min(most, log.unused.size())));

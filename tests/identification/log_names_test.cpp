@@ -123,6 +123,20 @@ TEST_F(LogNames, DegreesAreAskedAboutAndNothingIsFound) {
       << wrong.notes[0];
 }
 
+TEST_F(LogNames, AClockThatBeganEarlierIsNoted) {
+  const auto log = run_of(read(craft(1)), {"hinge.position"}, 10);
+  const auto noted = [&](double later) {
+    std::string text = "t,hinge.position\n";
+    for (size_t i = 0; i < log.at("time").size(); ++i)
+      text += fmt::format("{},{}\n", log.at("time")[i] + later, log.at("hinge.position")[i]);
+    const auto notes = found(write("clock.csv", text), 1e-3).notes;
+    return std::ranges::any_of(
+        notes, [](const auto& n) { return n.find("the log begins at 12.5 s") != n.npos; });
+  };
+  EXPECT_TRUE(noted(12.5));
+  EXPECT_FALSE(noted(0));
+}
+
 /// From values that are found already nothing gets nearer, and they stay found.
 TEST_F(LogNames, ValuesThatAreRightAtTheStartAreFound) {
   const Scene s = read(craft(1));

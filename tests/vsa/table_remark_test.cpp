@@ -155,6 +155,16 @@ std::vector<std::string> there_and_back(double half, double noise) {
   return rows;
 }
 
+TEST(TableRemark, UnitsInHeadsAreNoPartOfNames) {
+  const auto torque_of = [](const std::string& head) {
+    return refusal([&] { vsa::parse_measurements(head + "\n0,0\n1,2\n2,4\n", "s.csv", {}); });
+  };
+  for (const char* unit : {"[N m]", "[Nm]", "[N*m]", "[N.m]", "[N·m]", "(Nm)", "(N m)"})
+    EXPECT_EQ(torque_of(fmt::format("deflection [rad],torque {}", unit)), "") << unit;
+  EXPECT_NE(torque_of("deflection (deg),torque [N m]").find("no column 'deflection'"),
+            std::string::npos);
+}
+
 TEST(TableRemark, AHysteresisLoopIsNoNoise) {
   const auto rows = there_and_back(1, 0.3);
   const auto table = [](const std::vector<std::string>& of, double smoothing) {
