@@ -136,8 +136,7 @@ void check_stiffness(const Measurements& m, const TorqueErrors& errors) {
       !errors.any() ? "smoothing [N m] takes out noise, of a hysteresis loop half its width"
       : m.with_loop > 0
           ? fmt::format(
-                "with half the loop of loading and unloading the errors are {:.3g} N m, "
-                "state a tenth more",
+                "with half the loop of loading and unloading the errors are {:.3g} N m, state that",
                 m.with_loop)
           : "state the errors of the torques (of a hysteresis loop half its width)";
   for (size_t j = 0; j < m.sigma.size(); ++j) {
