@@ -141,13 +141,25 @@ std::string unit_of_line(const std::string& unit, const std::string& name) {
   return moment ? unit.substr(0, comma) + "]" : " [" + unit.substr(comma + 2);
 }
 
+/// Works as of a part of a run: from zero at its begin.
+void count_anew(TracePanel& works) {
+  works.what = fmt::format("works since {:.6g} s [J]", works.lines.front().t.front());
+  for (TraceLine& l : works.lines) {
+    const double before = l.value.front();
+    for (double& w : l.value) w -= before;
+  }
+}
+
 /// Those of energies, works and residual in a run.h5.
 TracePanel balance_panel(const fs::path& part, const Json& summary, const std::string& what,
                          const TimeSpan& span) {
   const auto records = open_run_file(part / "run.h5");
   if (what == "residual") return residual_of(*records, report_of(summary), span);
   for (TracePanel& p : ledger_panels(ledger_of(*records, report_of(summary), span)))
-    if (without_unit(p.what) == what) return std::move(p);
+    if (without_unit(p.what) == what) {
+      if (what == "works" && !p.lines.front().t.empty() && span.from > 0) count_anew(p);
+      return std::move(p);
+    }
   throw InvalidArgument(
       fmt::format("{} has no panel '{}': nothing is supplied or lost", part.string(), what));
 }

@@ -136,6 +136,10 @@ TEST(Replot, APanelIsChosenByItsName) {
     EXPECT_NE(svg.find(">" + name + " ["), std::string::npos) << what;
   }
   EXPECT_NE(figure("works").find("(lost)"), std::string::npos);
+  // Of a part they begin at zero.
+  const auto works = scene::figures(folder / "out", "works", {5, 6}).at(0);
+  EXPECT_NE(works.find(">works since 5 s [J]<"), std::string::npos);
+  EXPECT_NE(works.find(">0</text>"), std::string::npos);
   const auto refused = [&](const char* of, const std::string& what) {
     return refusal([&] { scene::figures(folder / of, what); });
   };
