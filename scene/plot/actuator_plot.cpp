@@ -53,10 +53,15 @@ void panel_of(Svg& svg, double left, const std::string& title, const std::vector
   for (const double side : {-mark, mark})
     if (mark < x.back())
       svg.rule(px(side), top, px(side), bottom, colour::alarm, 1, " stroke-dasharray=\"3 3\"");
+  size_t rows = 0;
+  for (const auto& c : dots) rows += c.x.size();
+  // Many are small and pale: a loop of loading and unloading and the curve can be told apart.
+  svg.raw(fmt::format(R"(<g opacity="{}">)", rows > 200 ? 0.45 : 1.0));
   for (const auto& c : dots)
     for (size_t i = 0; i < c.x.size(); ++i)
       if (std::fabs(c.x[i]) <= x.back())
-        svg.marker(0, px(c.x[i]), py(c.y[i]), 2, c.colour, c.colour);
+        svg.marker(0, px(c.x[i]), py(c.y[i]), rows > 200 ? 0.7 : 2.0, c.colour, c.colour);
+  svg.raw("</g>");
   for (const auto& c : curves) {
     std::string line;
     for (size_t i = 0; i < c.x.size(); ++i)
@@ -117,8 +122,9 @@ std::string curves_of(const std::string& title, const vsa::Elastic& e,
   svg.text(64, 26, "start", 16, colour::ink, title, " font-weight=\"600\"");
   double at = 64;
   for (size_t k = 0; k < sigmas.size() && !traits.sigma.empty(); ++k) {
-    const std::string label = fmt::format("σ = {} {}", number_text(sigmas[k]),
-                                          traits.sigma_unit == "1" ? "" : traits.sigma_unit);
+    const std::string label =
+        fmt::format("σ = {} {}", number_text(std::stod(fmt::format("{:.4g}", sigmas[k]))),
+                    traits.sigma_unit == "1" ? "" : traits.sigma_unit);
     svg.rule(at, 42, at + 18, 42, torque[k].colour, 3);
     svg.text(at + 24, 46, "start", 11.5, colour::ink, label);
     at += 44 + text_width(label, 11.5);
