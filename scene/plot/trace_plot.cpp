@@ -267,7 +267,7 @@ class TracePlot {
         log_time_ ? everyday_times(first_, last_) : even_times(first_, last_, look_.beside ? 7 : 5);
     double free = -1e9;
     for (const TimeTick& k : axis.ticks) {
-      const double tick = x(k.t), half = 0.45 * text_width(k.text, look_.ticks);
+      const double tick = x(k.t), half = 0.55 * text_width(k.text, look_.ticks);
       const double at = std::min(tick, look_.width - half - 1);  // whole on the page
       svg_->rule(tick, bottom_, tick, bottom_ + 0.4 * look_.ticks, soft, look_.rule);
       if (at - half < free) continue;
