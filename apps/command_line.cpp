@@ -156,7 +156,7 @@ void add_film(CLI::App& app, Arguments& a) {
   film->add_flag("--orbit", a.orbit, "planet and orbit in place of the mechanism");
   film->add_flag("--arrows", a.arrows, "of momenta, and of forces that outputs record");
   film->add_flag("--dark", a.dark, "on a dark ground");
-  film->add_flag("--trail", a.trail, "the whole paths of the arms' ends, not their last part");
+  film->add_flag("--trail", a.trail, "the whole paths of the last links' centres of mass");
   film->add_flag("--no-text", a.no_text, "without the time in the corner");
   value(film, "--models", a.models, "where the model files are, to show their meshes", "FOLDER");
 }

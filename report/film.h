@@ -21,8 +21,9 @@ struct FilmOptions {
   bool orbit = false;   ///< the planet and the orbit in place of the mechanism
   bool arrows = false;  ///< of momenta and forces
   bool dark = false;    ///< the dark theme
-  bool trail = false;   ///< of ends of arms, from the beginning on; else a short one
-  bool text = true;     ///< the time in a corner
+  bool trail =
+      false;         ///< paths of the last links' centres of mass from the beginning on; else short
+  bool text = true;  ///< the time in a corner
   const std::atomic<bool>* stop = nullptr;         ///< true: give up
   std::function<void(double done)> progress = {};  ///< the share of the film, 0 to 1
 };

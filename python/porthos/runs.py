@@ -257,7 +257,7 @@ def film(results: PathLike, out: PathLike | None = None, *, start: float | None 
 
     results: a folder of results, of a part of which the records are shown, or a report.html, as it is. out: film.mp4 in that folder unless given. start, end [s]; speed in simulated seconds per second, the
     whole in 20 s unless given. camera: iso, x, y or z. follow: place, base or world; unless given the world
-    with trail and where a contact touches it, else the place. trail: the whole paths of the arms' ends, not their last part.
+    with trail and where a contact touches it, else the place. trail: the whole paths of the last links' centres of mass, not their last part.
     text: the time in a corner. Raises InvalidArgument for a report without a playback, a bad option, or if no browser is found.
     """
     source = Path(results)
