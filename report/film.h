@@ -22,7 +22,7 @@ struct FilmOptions {
   bool arrows = false;  ///< of momenta and forces
   bool dark = false;    ///< the dark theme
   bool trail =
-      false;         ///< paths of the last links' centres of mass from the beginning on; else short
+      false;         ///< whole paths of the last links' centres of mass
   bool text = true;  ///< the time in a corner
   const std::atomic<bool>* stop = nullptr;         ///< true: give up
   std::function<void(double done)> progress = {};  ///< the share of the film, 0 to 1
