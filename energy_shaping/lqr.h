@@ -48,8 +48,9 @@ class Lqr {
   /// that grow by a tenth, at 400 directions and at the worst ones near them, found by climbing.
   /// Between them it is not proved. 0: none. limits: as of port_laws(). For set-up
   double falling_level(const std::vector<double>& limits = {}) const;
-  /// Of runs of the plant from `starts` random places where cost_to_go() is level, how many do not
-  /// come to where it is below `falling` within ten of the loop's slowest time constants. limits:
+  /// Of runs of the plant from `starts` random places where cost_to_go() is level, each periodic
+  /// angle within half a turn of its rest, how many do not come to where it is below `falling`
+  /// within ten of the loop's slowest time constants, whatever it does on the way. limits:
   /// as of port_laws(); period: for which the law is held [s], 0: continuous. For set-up: some ms
   /// a start
   int lost(double level, double falling, const std::vector<double>& limits = {}, double period = 0,

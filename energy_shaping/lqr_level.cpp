@@ -121,12 +121,18 @@ int Lqr::lost(double level, double falling, const std::vector<double>& limits, d
   Shell shell(*this, limits);
   const size_t n = shell.n;
   // a held law's steps fill its periods
-  const double parts = std::ceil(20 * period / fastest_),
-               h = period > 0 ? period / parts : fastest_ / 20;
+  const double parts = std::ceil(8 * period / fastest_),
+               h = period > 0 ? period / parts : fastest_ / 8;
   std::mt19937_64 generator(1);
   RungeKutta<double> kutta(n);
-  const auto returns = [&](const Direction& z) {
-    if (!shell.place(level, z)) return false;
+  // What is beyond the middle of a periodic angle has another V, that of the nearest rest: no start
+  const auto start = [&] {
+    for (int tries = 0; tries < 100000; ++tries)
+      if (shell.place(level, random_direction(n, generator))) return true;
+    return false;
+  };
+  const auto returns = [&] {
+    if (!start()) return false;
     int part = 0;
     for (double t = 0; t < 10 * slowest_; t += h, ++part) {
       if (period > 0 && part % int(parts) == 0) shell.look(shell.x);
@@ -143,7 +149,7 @@ int Lqr::lost(double level, double falling, const std::vector<double>& limits, d
     return false;
   };
   int lost = 0;
-  for (int i = 0; i < starts; ++i) lost += !returns(random_direction(n, generator));
+  for (int i = 0; i < starts; ++i) lost += !returns();
   return lost;
 }
 

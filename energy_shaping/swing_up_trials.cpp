@@ -87,15 +87,17 @@ std::vector<double> SwingUpTrials::pumps() const {
   return all;
 }
 
-/// The largest of which few runs are lost, then that of the run and a lower one.
+/// The largest of which few runs are lost, then that of the run and a lower one. A level costs up to
+/// a second, so it is found by halving: what a level loses a higher one loses too.
 std::vector<double> SwingUpTrials::levels() const {
   const double own = basin_.level;
-  double most = own;
-  for (double next = 1.5 * own; basin_.lost && next < 1e3 * own; next *= 1.5) {
-    const double level = two_digits(next);
-    if (basin_.lost(level) > few_lost) break;
-    most = level;
+  const auto at = [&](int k) { return two_digits(own * std::pow(1.5, k)); };
+  int low = 0, high = basin_.lost ? 18 : 1;
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    (basin_.lost(at(middle)) > few_lost ? high : low) = middle;
   }
+  const double most = low > 0 ? at(low) : own;
   std::vector<double> all{own, two_digits(own / 4)};
   if (most > own) all.insert(all.begin(), most);
   return all;
