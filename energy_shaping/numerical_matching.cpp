@@ -7,6 +7,8 @@
 #include <cmath>
 #include <functional>
 
+#include "energy_shaping/detail/matching_rest.h"
+
 namespace porthos::energy_shaping {
 namespace {
 
@@ -301,6 +303,7 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
   if (!(o.half_width > 0) || !(o.scale > 0) || !(o.determinant > 0) || o.degree < 8)
     refuse(o, "half_width, scale, determinant > 0 and a degree >= 8 are needed");
   refuse_actuator_of_r(*plant, o);
+  require_matching_rest(*plant, o, "numerical matching '" + o.name + "'");
   const auto r = size_t(o.unactuated);
   Probe probe(*plant, o);
   auto design = FourierMatching(d, o, probe).design();

@@ -36,7 +36,8 @@ struct NumericalMatching {
 };
 
 /// Rest at q*. Its certificate tells if the plant hangs there. @throws InvalidArgument for an
-/// actuator that acts on r, where ρ M_rs + M_rr vanishes in the interval (with the place), V is not
+/// actuator that acts on r, a rest that is no equilibrium along r or near which nothing pulls r,
+/// where ρ M_rs + M_rr vanishes in the interval (with the place), V is not
 /// of the form above, the polynomials do not resolve the functions, or MatchedLoop refuses
 LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& options);
 
@@ -46,7 +47,7 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& options);
 ///   ω² = (K_rr + ρ K_rs)/(M_rr + ρ M_rs),
 /// so of another one the nearest are found. By a search over six decades. For set-up: some 100 ms
 /// @throws InvalidArgument for a plant that is not of two coordinates, numbers that are not above
-///   0, a rest at which V has a slope along r, and a ratio with which no gains make the rest point
+///   0, a rest as numerical_matching() refuses it, and a ratio with which no gains make the rest point
 ///   attract
 NumericalMatching numerical_matching_gains(const phs::Model& plant, NumericalMatching options,
                                            double bandwidth, double damping_ratio);

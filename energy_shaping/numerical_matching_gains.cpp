@@ -6,6 +6,7 @@
 #include <random>
 
 #include "energy_shaping/derivatives.h"
+#include "energy_shaping/detail/matching_rest.h"
 #include "energy_shaping/held_loop.h"
 #include "energy_shaping/numerical_matching.h"
 #include "phs/linear_algebra/linear_algebra.h"
@@ -25,13 +26,6 @@ class MatchedAtRest {
     const auto H = hessian(plant, x);
     K_rr_ = H[5 * r_];
     K_rs_ = H[4 * r_ + s_];
-    std::vector<double> slope(4);
-    plant.instantiate<double>()->gradient(x, slope);
-    if (!(std::fabs(slope[r_]) <= 1e-6 * (std::fabs(K_rr_) + std::fabs(K_rs_))))
-      throw InvalidArgument(
-          fmt::format("gains of a numerical matching: no equilibrium at rest [{:g}, {:g}]: "
-                      "{:.3g} N m (N) pull '{}', which has no actuator, expected where it balances",
-                      o.rest[0], o.rest[1], -slope[r_], coordinate_names(plant.description())[r_]));
     for (size_t i = 0; i < 2; ++i)
       for (size_t j = 0; j < 2; ++j) {
         inverse_[2 * i + j] = of.A(int(i), int(2 + j));
@@ -106,6 +100,28 @@ class MatchedAtRest {
 
 }  // namespace
 
+void require_matching_rest(const phs::Model& plant, const NumericalMatching& o,
+                           const std::string& what) {
+  const auto r = size_t(o.unactuated);
+  const std::vector<double> x{o.rest[0], o.rest[1], 0, 0};
+  const auto H = hessian(plant, x);
+  std::vector<double> slope(4);
+  plant.instantiate<double>()->gradient(x, slope);
+  const double stiffness = std::fabs(H[5 * r]) + std::fabs(H[4 * r + 1 - r]),
+               rounding = 1e-9 / H[5 * (2 + r)];  // 1e-9 rad/s² or m/s² on its inertia
+  const std::string name = coordinate_names(plant.description())[r];
+  if (!(std::fabs(slope[r]) <= 1e-6 * stiffness + rounding))
+    throw InvalidArgument(
+        fmt::format("{}: no equilibrium at rest [{:g}, {:g}]: {:.3g} N m (N) pull '{}', which has "
+                    "no actuator, expected where it balances",
+                    what, o.rest[0], o.rest[1], -slope[r], name));
+  if (stiffness <= rounding)
+    throw InvalidArgument(
+        fmt::format("{}: nothing pulls '{}', which has no actuator: the model has no gravity "
+                    "there, expected some",
+                    what, name));
+}
+
 NumericalMatching numerical_matching_gains(const phs::Model& plant, NumericalMatching o,
                                            double bandwidth, double damping_ratio) {
   if (plant.description().nx != 4 || (o.unactuated != 0 && o.unactuated != 1))
@@ -115,6 +131,7 @@ NumericalMatching numerical_matching_gains(const phs::Model& plant, NumericalMat
   if (!(bandwidth > 0) || !(damping_ratio > 0) || !(o.scale > 0))
     throw InvalidArgument(
         "gains of a numerical matching: bandwidth, damping ratio and scale are not above 0");
+  require_matching_rest(plant, o, "gains of a numerical matching");
   const MatchedAtRest loop(plant, o, bandwidth);
   o.ratio = loop.ratio();
   const double mass = loop.size_of_mass();

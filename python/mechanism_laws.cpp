@@ -55,7 +55,7 @@ r without actuator alone (a pendubot, a cart and pole). actuator: port of the ot
 lambda = M^-1 M_d e_r. unactuated: r, 0 or 1; it is looked at within +-half_width [rad | m] of rest, beyond which
 the law is not defined (nan, or any number) and certify() refuses boxes and starts; |s| up to `other`, |q'_i| up to `rate`. scale: |lambda_r| at rest;
 determinant: det M_d over its (r, r) number. ku, kv: gains of s - rho r and of damping. degree of the Chebyshev polynomials;
-matching: bound of the relative residuals. Raises InvalidArgument for an actuator of r, where rho M_rs + M_rr vanishes in the interval, with the place,
+matching: bound of the relative residuals. Raises InvalidArgument for an actuator of r, a rest at which r is not in equilibrium or near which nothing pulls it, where rho M_rs + M_rr vanishes in the interval, with the place,
 where the polynomials do not resolve the functions, and for residuals above the bound. Cost: some ms to some 100 ms.
 Source: after Auckly, Kapitanski, White 2000.)");
 }

@@ -47,9 +47,9 @@ NumericalMatching pendubot() {
 }
 
 /// A rotary pendulum of 0.25 kg and 0.12 kg that hangs at 0; torque at the arm.
-test::ModelPtr rotary_pendulum() {
+test::ModelPtr rotary_pendulum(double gravity = 9.81) {
   mechanics::MechanismBuilder b("rotary");
-  b.gravity({0, 0, -9.81});
+  b.gravity({0, 0, -gravity});
   mechanics::BodySpec arm, rod;
   arm.name = "arm";
   arm.parent = "world";
@@ -201,6 +201,30 @@ TEST(NumericalMatching, GainsByBandwidth) {
             leans.npos)
       << leans;
   EXPECT_LE(leans.size(), 220u);
+}
+
+/// The design and its gains say the same of a rest that is none, and of a model without gravity,
+/// whatever else is wrong. Control: at the upright both are made.
+TEST(NumericalMatching, ARestThatIsNoneIsTold) {
+  const auto why = [](double swing, double gravity, double ratio) {
+    const auto model = rotary_pendulum(gravity);
+    auto o = rotary();
+    o.rest[1] = swing;
+    o.ratio = ratio;
+    const auto made = refusal([&] { (void)numerical_matching(model, o); }),
+               gains = refusal([&] { (void)numerical_matching_gains(*model, o, 7, 0.7); });
+    EXPECT_EQ(made.substr(made.find(": ") + 1), gains.substr(gains.find(": ") + 1));
+    return made;
+  };
+  const double upright = std::acos(-1.0);
+  EXPECT_EQ(why(upright, 9.81, 2), "");
+  for (const double ratio : {2.0, -1.0})
+    EXPECT_NE(why(2.5, 9.81, ratio).find("equilibrium at rest [0, 2.5]: -0.106 N m (N) pull 'sw"),
+              std::string::npos)
+        << why(2.5, 9.81, ratio);
+  EXPECT_EQ(why(2.5, 0, 2),
+            "numerical matching 'rotary': nothing pulls 'swing', which has no actuator: the model "
+            "has no gravity there, expected some");
 }
 
 /// Near the place where the column of M_d degenerates the polynomials of V_d do not suffice: the
