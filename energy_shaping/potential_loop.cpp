@@ -271,19 +271,22 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
   certificate_.help(help_of_saddle(m, parts_, K));
   int free = 0;
   for (const double k : curvature) free += std::fabs(k) <= 1e-9 * stiffness;
-  std::string names;
+  std::string names, loose;
   for (const auto& c : m.coordinates()) {
     if (c.nq > 1) continue;
     double row = 0;
     for (size_t i = 0; i < nq; ++i) row = std::max(row, std::fabs(K[size_t(c.q) * nq + i]));
     if (row > 1e-9 * stiffness) continue;
     add_to_list(names, c.joint);
-    if (!parts_.actuated[size_t(c.v)]) free_.push_back(c.joint);
+    if (parts_.actuated[size_t(c.v)]) continue;
+    free_.push_back(c.joint);
+    add_to_list(loose, c.joint);
   }
   certificate_.report("directions without stiffness", free,
                       names.empty()
                           ? "of the coordinates; a floating base and quaternions have some"
-                          : "of the coordinates; among them joints: " + names);
+                          : "of the coordinates; among them joints: " + names +
+                                (loose.empty() ? "" : "; nothing holds " + loose));
   certificate_.report("curvature of V_d", curvature.back(), "eigenvalues of the Hessian",
                       curvature);
 }

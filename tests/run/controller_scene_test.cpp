@@ -180,6 +180,36 @@ TEST(ControllerScene, AHandIsHeldWhereTheSceneWantsIt) {
   EXPECT_NEAR(-std::cos(a) - std::cos(a + b), -0.8, 1e-9);
 }
 
+/// An elbow without actuator and gravity. Controls: with gravity kept, a spring there, or one more
+/// controller at it.
+TEST(ControllerScene, AJointThatNothingHoldsIsTold) {
+  const auto told = [](const std::string& gravity, const std::string& more) {
+    TemporaryFolder folder;
+    const auto s = arm(
+        folder, "joints.elbow.position = 0",
+        controller("potential", "joints.shoulder = { target = 0, stiffness = 20 }\n" + gravity) +
+            more,
+        gravity.empty() ? "[integrator]\nmethod = \"gauss8\"\nstep = 0.005\n"
+                          "[run]\nduration = 1\n"
+                        : head);
+    std::string all;
+    for (const auto& remark : scene::assemble(s).remarks) all += remark;
+    return all;
+  };
+  EXPECT_TRUE(says(told("", ""),
+                   "scene.toml:11:1: nothing holds joint 'elbow': no actuator, spring "
+                   "or gravity acts there, so it drifts"));
+  EXPECT_EQ(told("gravity = \"keep\"\n", ""), "");
+  EXPECT_EQ(told("",
+                 "[[element]]\ntype = \"spring\"\nname = \"own\"\njoint = \"elbow\"\n"
+                 "stiffness = 1\n"),
+            "");
+  EXPECT_EQ(told("",
+                 "[[controller]]\ntype = \"potential\"\nname = \"other\"\n"
+                 "joints.elbow = { target = 0, stiffness = 1 }\n"),
+            "");
+}
+
 /// The springs of poses have the same rest; the rods turn about y.
 TEST(ControllerScene, AnAttitudeHalfATurnFromTheStartIsTold) {
   TemporaryFolder folder;

@@ -58,7 +58,7 @@ std::string half_turn_of_pose(const std::string& link) {
 }
 
 void add_sentence(std::string& remark, const std::string& sentence) {
-  remark += (remark.empty() ? "" : "; ") + sentence;
+  if (!sentence.empty()) remark += (remark.empty() ? "" : "; ") + sentence;
 }
 
 }  // namespace porthos::scene

@@ -21,7 +21,7 @@ bool near_half_turn(const std::array<double, 4>& from, const std::array<double, 
 /// A remark on a pose that begins near such a half turn.
 std::string half_turn_of_pose(const std::string& link);
 
-/// Adds a sentence behind what a remark says.
+/// Adds a sentence behind what a remark says; nothing of an empty one.
 void add_sentence(std::string& remark, const std::string& sentence);
 
 }  // namespace porthos::scene

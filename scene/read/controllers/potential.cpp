@@ -48,6 +48,26 @@ void put_rest_of_base(const ControllerPlant& plant, const HeldPose& h, std::vect
   std::copy(h.wxyz.begin(), h.wxyz.end(), rest.begin() + base.q);
 }
 
+/// A sentence on joints of a fixed base on which neither law nor model act, nor anything else of
+/// the scene; empty: there is none.
+std::string of_drifting(const std::vector<std::string>& without, const Scene& scene) {
+  std::string names;
+  for (const std::string& joint : without) {
+    const auto acts = [&](const auto& other) {
+      return other.joint == joint || other.joint.empty();
+    };
+    if (std::ranges::none_of(scene.elements, acts) && std::ranges::none_of(scene.actuators, acts))
+      add_to_list(names, "'" + joint + "'");
+  }
+  if (names.empty() || scene.controllers.size() > 1 || !scene.contacts.empty() ||
+      scene.urdf.base != mechanics::UrdfOptions::Base::fixed)
+    return "";
+  return fmt::format(
+      "nothing holds joint {}: no actuator, spring or gravity acts there, so it "
+      "drifts",
+      names);
+}
+
 ControllerDesign design_potential(const Controller& c, const ControllerPlant& plant,
                                   const Wanted& w) {
   energy_shaping::PotentialShaping s;
@@ -94,6 +114,7 @@ ControllerDesign design_potential(const Controller& c, const ControllerPlant& pl
   for (const HeldPose& h : w.poses)
     if (near_half_turn(start_attitude(plant, h.spring.link), h.wxyz, h.spring.attitude_stiffness))
       add_sentence(remark, half_turn_of_pose(h.spring.link));
+  add_sentence(remark, of_drifting(loop->free_joints(), plant.scene));
   ControllerDesign design{port_laws(loop, bounds), certificate};
   design.remark = std::move(remark);
   return design;
