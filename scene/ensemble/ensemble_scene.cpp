@@ -180,6 +180,15 @@ class EnsembleReader {
     e_.cases = std::int64_t(e_.rows.size());
   }
 
+  bool first_case_is_taken() const {
+    try {
+      const CaseSampler sampler(e_);
+      (void)assemble(read_variation(scene_, sampler.replacements(sampler.values(0))));
+      return true;
+    } catch (const InvalidArgument&) {
+      return false;
+    }
+  }
   /// Refuses a quantity that has no place in the scene, with the message of the reader that refuses
   /// it.
   void try_out(const Quantity& q) const {
@@ -201,7 +210,8 @@ class EnsembleReader {
       is_of_start(q.key) && s.controllers.empty() ? (void)start_of(s, assembly_)
                                                   : (void)assemble(s);
     } catch (const InvalidArgument& error) {
-      std::string why = error.what();  // a replaced number has no place in the file
+      if (first_case_is_taken()) return;  // the middle is no case, nor is one quantity alone
+      std::string why = error.what();     // a replaced number has no place in the file
       if (const std::string nowhere = scene_.path + ":1:1: "; why.starts_with(nowhere))
         why.erase(0, nowhere.size());
       refuse(q.where, fmt::format("\"{}\" with {:g}: {}", q.key, r.values[0], why));

@@ -5,7 +5,7 @@
 #include "scene/ensemble/ensemble_plot.h"
 #include "scene/session/memory_run.h"
 #include "tests/ensemble/rows.h"
-#include "tests/run/scenes.h"
+#include "tests/run/shipped.h"
 #include "tests/support/bounds.h"
 
 namespace porthos::test::case_scene_test {
@@ -144,6 +144,21 @@ TEST_F(CaseScene, OfATableOfCases) {
   const scene::Scene s = scene_of_case(results(), 1);
   EXPECT_EQ(scene::assemble(s).initial.x[0], -1.5);
   EXPECT_EQ(s.urdf.gravity.z, -9.75);
+}
+
+/// A swing-up never leaves the middle of the starts, which is none of the cases. Control: starts so
+/// near to it that none leaves.
+TEST_F(CaseScene, TheMiddleOfARangeIsNoCase) {
+  const auto why = [&](const std::string& range) {
+    const auto s = shipped(folder_, "furuta_swing_up", {},
+                           "[ensemble]\ncases = 3\n[ensemble.vary]\n"
+                           "\"initial.joints.swing.position\" = { uniform = " +
+                               range + " }\n");
+    return refusal([&] { (void)Ensemble(s); });
+  };
+  EXPECT_EQ(why("[-1.5, 1.5]"), "");
+  EXPECT_TRUE(says(why("[-1e-12, 1e-12]"), "\" with 0: "));
+  EXPECT_TRUE(says(why("[-1e-12, 1e-12]"), "the start is a rest point of plant and law"));
 }
 
 TEST_F(CaseScene, RefusesInOneSentence) {
