@@ -44,7 +44,7 @@ class ClosedLoop : public phs::Model {
   /// Offsets in the plant's u that the law writes.
   const std::vector<int>& actuated() const { return actuated_; }
   virtual std::vector<std::string> gain_names() const { return {}; }
-  /// Why the law is not meant for a state of the plant, and what to do; empty: it is.
+  /// Why the law is not meant for a state of the plant, and behind ": " what to do; empty: it is.
   virtual std::string hindrance(std::span<const double> x) const {
     (void)x;
     return {};

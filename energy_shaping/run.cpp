@@ -95,11 +95,25 @@ void check_limits(const ClosedLoop& loop, const std::vector<double>& limits) {
 
 namespace {
 
-/// H: H_d after the step that was the last.
-std::string why_ended(const ClosedLoop& loop, std::span<const double> x, double t,
-                      integrators::Outcome outcome, double H) {
-  if (const auto why = loop.hindrance(x); !why.empty())
-    return fmt::format("at {:.6g} s {}", t, why);
+/// The first input that was at its limit, and when.
+struct AtLimit {
+  size_t input = 0;
+  double since = HUGE_VAL;  ///< [s]
+};
+
+/// H: H_d after the step that was the last. A law that left where it is meant after a limit acted
+/// did not fail for its remedy, which is behind the colon.
+std::string why_ended(const ClosedLoop& loop, const std::vector<double>& x0,
+                      std::span<const double> x, double t, integrators::Outcome outcome, double H,
+                      const AtLimit& limited) {
+  if (const auto why = loop.hindrance(x); !why.empty()) {
+    if (limited.since == HUGE_VAL || !loop.hindrance(x0).empty())
+      return fmt::format("at {:.6g} s {}", t, why);
+    return fmt::format(
+        "at {:.6g} s {}: limits[{}] acted, first at {:.4g} s: take a larger one, or a start nearer "
+        "to rest",
+        t, why.substr(0, why.rfind(": ")), limited.input, limited.since);
+  }
   if (outcome != integrators::Outcome::ok) return integrators::to_string(outcome);
   return fmt::format(
       "at {:.6g} s H_d is {}, expected a finite number: start nearer to the rest point, or take a "
@@ -140,10 +154,13 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
     for (size_t i = 0; i < e.size(); ++i) P += e[i] * Re[i];
     return P;
   };
+  AtLimit limited;
   const auto inputs = [&] {
     law->law(double(s.step) * o.step, s.x, u);
     for (size_t j = 0; j < o.limits.size(); ++j) {
       double& v = u[size_t(at[j])];
+      if (limited.since == HUGE_VAL && std::fabs(v) > o.limits[j])
+        limited = {j, double(s.step) * o.step};
       v = std::max(-o.limits[j], std::min(v, o.limits[j]));
     }
   };
@@ -167,7 +184,7 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
     const double next = law->hamiltonian(s.x);
     if (outcome != integrators::Outcome::ok || !std::isfinite(next)) {
       run.finished = false;
-      run.outcome = why_ended(loop, s.x, double(s.step) * o.step, outcome, next);
+      run.outcome = why_ended(loop, x0, s.x, double(s.step) * o.step, outcome, next, limited);
       break;
     }
     run.rise = std::max(run.rise, next - H);

@@ -257,6 +257,19 @@ TEST(NumericalMatching, TellsWhatLeftItsInterval) {
   EXPECT_EQ(run.outcome.find("at 0 s 'elbow' is 0.95, outside -0.8 to 0.8, where "), 0u);
   EXPECT_NE(run.outcome.find("take a larger half_width than 0.8"), std::string::npos);
   EXPECT_LE(run.outcome.size(), 220u);
+  // With a limit that is too low the interval is not at fault, unless the start is outside it.
+  const auto limited = [&](double elbow, double limit) {
+    RunOptions o{.duration = 10, .step = 0.005};
+    o.limits = {limit};
+    return simulate(*loop, loop->state(Vec{0.1, elbow}, Vec{0, 0}), o).outcome;
+  };
+  std::printf("  %s\n", limited(-0.1, 0.1).c_str());
+  EXPECT_NE(
+      limited(-0.1, 0.1).find("made 'pendubot': limits[0] acted, first at 0 s: take a larger"),
+      std::string::npos);
+  EXPECT_EQ(limited(-0.1, 0.1).find("half_width"), std::string::npos);
+  EXPECT_EQ(limited(0.95, 0.1), run.outcome);
+  EXPECT_EQ(limited(-0.1, 40), "ok");
   EXPECT_TRUE(
       simulate(*loop, loop->state(Vec{0.1, -0.1}, Vec{0, 0}), {.duration = 0.1, .step = 0.005})
           .finished);
