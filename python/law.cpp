@@ -67,7 +67,7 @@ class Law:
             return pickle.dumps(state, 5)
         except Exception as why:
             raise TypeError(
-                f"the law's state cannot be pickled ({why}), expected attributes that can, or "
+                f"the law's state cannot be pickled ({why}), expected such things as globals, or "
                 "__getstate__ and __setstate__, or stateless = True"
             ) from None
 
@@ -89,11 +89,21 @@ def of_file(joints, settings):
     return Law(law, name, len(joints))
 
 
+def copy_of(law):
+    try:
+        return copy.deepcopy(law)
+    except Exception as why:
+        raise TypeError(
+            f"a run copies {type(law).__name__} and its attributes, its state, and cannot ({why}), expected such things "
+            "outside the object, as globals"
+        ) from None
+
+
 class CopyOf(Law):
     "Of an object law(t, x, y)."
 
     def __init__(self, law, size):
-        super().__init__(copy.deepcopy(law), type(law).__name__, size, "t, x, y")
+        super().__init__(copy_of(law), type(law).__name__, size, "t, x, y")
 
     def torques(self, t, q, y, x):
         return super().torques(t, x, y)

@@ -250,6 +250,12 @@ def test_a_law_that_remembers_acts_at_the_instants_alone():
     refused(lambda: slider(lambda n: n.control("law", ["m.rail.force"], ph.law(lambda t, x, y: -y), period=0.02)), "one port")
     refused(lambda: slider(lambda n: n.control("law", ["m.rail.force"], lambda t, x, y: -y, period=0.02)), "stateless")
     refused(lambda: slider(lambda n: n.control("law", ["m.rail.force"], 5, period=0.02)), "no method __call__(self, t, x, y)")
+    law.file = open(__file__)
+    refused(
+        lambda: slider(lambda n: n.control("law", ["m.rail.force"], law, period=0.02)),
+        "a run copies Integral and its attributes, its state, and cannot (cannot pickle '_io.TextIOWrapper' object), ",
+        "expected such things outside the object, as globals",
+    )
 
 
 def test_a_function_that_remembers_is_no_law():
