@@ -67,6 +67,12 @@ std::string names_of_failures(const Certificate& c) {
   return s;
 }
 
+/// Of a certificate without failure; that of a law of a user's own has no condition.
+std::string of_holding(const std::vector<CertificateItem>& items) {
+  const auto judged = [](const auto& i) { return i.finding != Finding::reported; };
+  return std::ranges::any_of(items, judged) ? "all conditions hold" : "nothing is checked";
+}
+
 std::string escaped(const std::string& text) {
   std::string s;
   for (const char c : text)
@@ -152,7 +158,7 @@ std::string Certificate::text() const {
                      about(i));
     s += '\n';
   }
-  if (holds()) return s + "  all conditions hold\n";
+  if (holds()) return s + fmt::format("  {}\n", of_holding(items_));
   s += fmt::format("  NOT certified: {}\n", names_of_failures(*this));
   for (const auto& [name, what] : failures(*this))
     if (!what.empty()) s += fmt::format("    {}: {}\n", name, what);
@@ -164,7 +170,7 @@ std::string Certificate::html() const {
       "<p><b>{}</b>: {}</p>\n<table>\n<tr><th>condition</th><th>value</th>"
       "<th>bound</th><th></th><th></th></tr>\n",
       escaped(title_),
-      holds() ? "all conditions hold" : "not certified: " + escaped(names_of_failures(*this)));
+      holds() ? of_holding(items_) : "not certified: " + escaped(names_of_failures(*this)));
   for (const auto& i : items_) {
     s += fmt::format("<tr><td>{}</td><td>{:.6g}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
                      escaped(i.name), unsigned_nan(i.value),

@@ -56,49 +56,6 @@ TEST(Certify, WhatShowsNothingDoesNotPass) {
             "samples is 0, expected 1 or more: none would show nothing");
 }
 
-TEST(Certificate, HtmlIsEscapedAndNamesWhatFails) {
-  Certificate c("a <b>law</b> & more");
-  c.at_most("force \"free\"", 2, 1, "joint <j3>", {0.5});
-  const std::string html = c.html();
-  EXPECT_NE(html.find("a &lt;b&gt;law&lt;/b&gt; &amp; more"), std::string::npos);
-  EXPECT_NE(html.find("not certified: force &quot;free&quot;"), std::string::npos);
-  EXPECT_NE(html.find("joint &lt;j3&gt; at (0.5)"), std::string::npos);
-  EXPECT_EQ(html.find("<b>law"), std::string::npos);
-  EXPECT_NE(html.find("<td>FAILS</td>"), std::string::npos);
-}
-
-/// All that fails is named, with what to do; places have the names of the coordinates.
-TEST(Certificate, NamesAllThatFailsAndWhatToDo) {
-  Certificate c("a law");
-  c.name_coordinates({"slide", "swing"});
-  c.at_least("Hessian of V_d > 0", -1, 1e-12, "the softest is 'swing'", {0.5, -1});
-  c.at_most("own condition", 2, 1, "of a test", {0.5, -1, 3, 4});
-  c.at_most("rank of G", 0, 1, "holds");
-  const std::string text = c.text();
-  const auto says = [&](const std::string& part) {
-    EXPECT_NE(text.find(part), std::string::npos) << text;
-  };
-  says("the softest is 'swing' at slide 0.5, swing -1\n");
-  says("of a test at slide 0.5, swing -1, momenta (3, 4)\n");
-  says(
-      "  NOT certified: Hessian of V_d > 0; own condition\n"
-      "    Hessian of V_d > 0: raise the stiffness of the coordinate named; of a matched design "
-      "try "
-      "another ratio, of the other sign too\n");
-  EXPECT_EQ(text.find("rank of G:"), std::string::npos);
-  for (const char* of : {"basin, c - H_d(rest)", "run at 20 ms", "run, continuous, rise of H_d"})
-    EXPECT_NE(remedy(of), "") << of;
-  EXPECT_EQ(remedy("runner"), "") << "a control";
-  EXPECT_NE(c.html().find("<p>Hessian of V_d &gt; 0: raise the stiffness"), std::string::npos);
-  const auto items = nlohmann::json::parse(c.json())["items"];
-  EXPECT_EQ(items[0]["remedy"], remedy("Hessian of V_d > 0"));
-  EXPECT_FALSE(items[1].contains("remedy") || items[2].contains("remedy"));
-  EXPECT_EQ(refusal([&] { refuse_failure(c); }),
-            "a law: Hessian of V_d > 0 fails: -1, expected at least 1e-12 (the softest is 'swing' "
-            "at slide 0.5, swing -1); raise the stiffness of the coordinate named; of a matched "
-            "design try another ratio, of the other sign too");
-}
-
 /// Nothing holds the third joint of an arm without gravity that has actuators at the others alone.
 /// Control: with a spring of its own the same certificate holds.
 TEST(Certify, AJointThatNothingHoldsIsNamed) {
