@@ -28,12 +28,14 @@ class Sampler {
     for (size_t i = 0; i < holds_.size(); ++i) {
       const auto& hold = holds_[i];
       const double steps = hold->period / std::fabs(h);
-      if (steps < 0.5 || std::fabs(steps - std::round(steps)) > 1e-9 * steps)
+      if (steps < 0.5 || std::fabs(steps - std::round(steps)) > 1e-9 * steps) {
+        const double whole = std::fmax(1.0, std::round(steps)), step = std::fabs(h);
         throw InvalidArgument("the controller '" + hold->name + "' is sampled every " +
                               number(hold->period) + " s, " + number(steps) + " steps of " +
-                              number(std::fabs(h)) + " s, expected a whole number of them, as at " +
-                              number(1 / (std::fmax(1.0, std::round(steps)) * std::fabs(h))) +
-                              " Hz");
+                              number(step) + " s, expected a whole number of them, as at " +
+                              number(1 / (whole * step)) +
+                              " Hz or with step = " + number(hold->period / whole, 15));
+      }
       *memories_[i] = hold->fresh;
       every_.push_back(std::llround(steps));
     }

@@ -233,7 +233,15 @@ TEST(Sampled, WhatWouldMissAnInstantIsRefused) {
   const auto model = sampled_mass(0.1);
   EXPECT_EQ(refusal([&] { make_integrator("gauss4", *model, 0.03); }),
             "the controller 'pd' is sampled every 0.1 s, 3.33333333 steps of 0.03 s, expected a "
-            "whole number of them, as at 11.1111111 Hz");
+            "whole number of them, as at 11.1111111 Hz or with step = 0.0333333333333333");
+  // The step that is named does as it is printed, also where few digits are left out.
+  EXPECT_EQ(refusal([&] { make_integrator("gauss4", *model, 0.0333333333333333); }), "(accepted)");
+  EXPECT_TRUE(refusal([&] {
+                make_integrator("gauss4", *model, 0.0333333);
+              }).ends_with(" Hz or with step = 0.0333333333333333"));
+  EXPECT_TRUE(refusal([&] {
+                make_integrator("gauss4", *model, 0.3);
+              }).ends_with("as at 3.33333333 Hz or with step = 0.1"));
   const auto method = make_integrator("gauss4", *model, 0.1);
   phs::State s(model->description(), {0.3, 0});
   // An odd step holds, and so does the next; a whole one from there would not begin at an instant.
