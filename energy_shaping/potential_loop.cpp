@@ -165,6 +165,34 @@ std::string help_of_saddle(const mechanics::Mechanism& m, const Parts& p,
       softest->joint, least < 0 ? "stands up" : "is the softest");
 }
 
+/// Whether what nothing drives, nor is to have a spring, hangs at the rest, where constant forces of
+/// the others leave it.
+bool hangs(const mechanics::MechanicalModel& model, const Parts& p, const std::vector<double>& x,
+           double tolerance) {
+  std::vector<double> slope(x.size());
+  model.instantiate<double>()->gradient(x, slope);
+  const auto H = hessian(model, x);
+  double scale = 0;
+  for (size_t i = 0; i < x.size() / 2; ++i)
+    for (size_t j = 0; j < x.size() / 2; ++j)
+      scale = std::max(scale, std::fabs(H[i * x.size() + j]));
+  return std::ranges::none_of(model.mechanism().coordinates(), [&](const auto& c) {
+    const auto here = [&](const auto& spring) { return spring.v == size_t(c.v); };
+    return c.nq == 1 && !p.actuated[size_t(c.v)] && std::ranges::none_of(p.joints, here) &&
+           (std::fabs(slope[size_t(c.q)]) > tolerance * scale ||
+            H[size_t(c.q) * (x.size() + 1)] < -tolerance * scale);
+  });
+}
+
+const char* help_of_unheld(const PotentialShaping& s, const Parts& p, bool hanging) {
+  if (s.constant_compensation) return "choose a rest at which it hangs, or drive it";
+  if (!p.compensate) return "drive it, or hold only what the actuators reach";
+  return hanging ? "drive it, or keep the model's gravity and springs (gravity = \"keep\" or "
+                   "\"constant\", in programs compensate = false, constant_compensation = true)"
+                 : "choose a rest at which it hangs, with gravity = \"constant\" (in programs "
+                   "compensate = false, constant_compensation = true), or drive it";
+}
+
 std::vector<double> rest_state(const mechanics::MechanicalModel& m, const PotentialShaping& s) {
   require_size("rest", s.rest.size(), size_t(m.mechanism().nq()));
   auto x = s.rest;
@@ -231,6 +259,7 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
   double scale = 1e-300;
   UnheldForce worst;
   std::vector<double> at;
+  const bool hanging = hangs(*mechanical_, parts_, rest_, shaping.tolerance);
   for (int i = 0; i < 500; ++i) {
     auto x = phs::random_state(description_, 1.0, generator);
     std::fill(x.begin() + long(nq), x.end(), 0.0);
@@ -243,13 +272,7 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
   }
   worst.certify(certificate_, scale, shaping.tolerance,
                 "potential matching, relative, 500 random coordinates",
-                parts_.compensate
-                    ? "drive it, or keep the model's gravity and springs (gravity = \"keep\" or "
-                      "\"constant\", in programs compensate = false, constant_compensation = "
-                      "true)"
-                : shaping.constant_compensation ? "drive it, or choose a rest at which it hangs"
-                                                : "drive it, or hold only what the actuators reach",
-                at);
+                help_of_unheld(shaping, parts_, hanging), at);
   std::vector<double> e(2 * nq);
   s.gradient(rest_, e);
   double slope = 0, stiffness = 1e-300;
@@ -264,8 +287,11 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
                        "gradient of H_d over its greatest curvature");
   if (!shaping.compensate && !shaping.constant_compensation && m.has_gravity())
     certificate_.help(
-        "gravity pulls elsewhere: balance it at the rest by gravity = \"constant\", in programs "
-        "constant_compensation = true, or move the springs' rests or the rest point");
+        hanging
+            ? "gravity pulls elsewhere: balance it at the rest by gravity = \"constant\", in "
+              "programs constant_compensation = true, or move the springs' rests or the rest point"
+            : "gravity pulls a joint without actuator there: choose a rest at which it hangs, with "
+              "gravity = \"constant\" (in programs constant_compensation = true)");
   certificate_.at_least("Hessian of V_d >= 0", curvature.front() / stiffness, -shaping.tolerance,
                         "least eigenvalue at the rest point, relative");
   certificate_.help(help_of_saddle(m, parts_, K));

@@ -153,7 +153,11 @@ TEST(FullyActuated, AHangingJointWithoutActuatorIsHelped) {
   says(why(hangs, true, false), "constant_compensation = true");
   says(why(hangs, false, false), "rest point fails");
   says(why(hangs, false, false), "constant_compensation = true");
-  says(why(0.2, false, true), "choose a rest at which it hangs");
+  // Where a constant cannot hold it, leaning or upright, the rest comes first in each way.
+  says(why(0.2, false, true), "choose a rest at which it hangs, or drive it");
+  for (const double lower : {0.2, -hangs})
+    says(why(lower, true, false), "no actuator provides: choose a rest at which it hangs, with");
+  says(why(0.2, false, false), "without actuator there: choose a rest at which it hangs, with");
   says(why(-hangs, false, true), "'lower_joint' stands up there and nothing drives it");
 }
 
