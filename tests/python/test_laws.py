@@ -1,6 +1,8 @@
 """Controllers of scenes in Python, by the interpreter that runs the module."""
 import os
+import re
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -76,3 +78,29 @@ def test_a_law_that_was_edited_is_read_again(scene):
 def test_an_exception_is_that_of_the_law_with_its_place(scene):
     (scene.parent / "law.py").write_text(LAW.replace("        assert q", "        if t > 0.99: {}['x']\n        assert q"))
     refused(lambda: ph.Scene(scene).run(scene.parent / "out", progress=False), "controller 'mine' at t = 1 s: KeyError: 'x' (law.py:9)")
+
+
+def test_a_delay_of_a_part_of_a_period(source, tmp_path, monkeypatch):
+    """The law of the page that answers some calls later has the bits of the same law at a fifth of the rate, and of its delay of a period."""
+    text = (source / "docs/own_laws.md").read_text(encoding="utf-8")
+    files = dict(re.findall(r"```\w+ file=(\S+)\n(.*?)```", text, re.S))
+    for name in ("law.py", "late.py"):
+        (tmp_path / name).write_text(files[name])
+    (tmp_path / "examples").symlink_to(source / "examples")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)  # before the law.py of other scenes
+    monkeypatch.delitem(sys.modules, "law", raising=False)
+
+    def end(*changes):
+        scene = files["late.toml"].replace("duration = 20.0", "duration = 2.0")
+        for old, new in changes:
+            assert old in scene
+            scene = scene.replace(old, new)
+        Path("scene.toml").write_text(scene)
+        return ph.Scene("scene.toml").run("results", progress=False)[elbow][-1]
+
+    late = {k: end(("late = 2", f"late = {k}")) for k in (0, 2, 5)}
+    own = ("late.py:Late", "law.py:Law")
+    assert late[0] == end(own, ("rate = 500.0", "rate = 100.0"))
+    assert late[5] == end(own, ("rate = 500.0", "rate = 100.0\ndelay = 1"))
+    assert len(set(late.values())) == 3, "control"
