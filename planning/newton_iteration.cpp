@@ -108,7 +108,8 @@ void NewtonIteration::set_up(bool exact) {
 }
 
 /// The programme with all second derivatives if it is convex, if need be with a little on the
-/// diagonal: an optimum may belong to a family. Else without the second derivatives of f.
+/// diagonal: an optimum may belong to a family. Else without the second derivatives of f; but near a
+/// stationary point that is no minimum such steps creep, and a larger diagonal leads away from it.
 bool NewtonIteration::step(Move& move, bool exact) {
   set_up(exact);
   const auto& last = shooting_.qp.stages.back().H;
@@ -122,8 +123,8 @@ bool NewtonIteration::step(Move& move, bool exact) {
     rho_ = rho;
     ok = try_sweep();
   }
-  for (const double little : {1e-9, 1e-7, 1e-5, 1e-3}) {
-    if (ok || !exact) break;
+  for (const double little : {1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1}) {
+    if (ok || !exact || (little > 1e-3 && !nearly_stationary_)) break;
     regularisation_ = little * scale;
     ok = try_sweep();
   }

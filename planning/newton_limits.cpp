@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 #include "planning/detail/newton_iteration.h"
 
@@ -8,31 +7,7 @@
 namespace porthos::planning::detail {
 
 void NewtonIteration::set_limits() {
-  const long n = shooting_.unknowns(), nx = shooting_.nx(), N = shooting_.N();
-  low_ = Vector::Constant(n + shooting_.path(), -no_limit);
-  high_ = Vector::Constant(n + shooting_.path(), no_limit);
-  std::vector<bool> fixed(size_t(nx), false);  // by a goal, at the end
-  for (const Goal& g : p_.goals)
-    for (const auto& [k, factor] : g.row) fixed[size_t(k)] = true;
-  const auto set = [&](const std::vector<double>& list, Vector& to, long at, bool last) {
-    for (size_t i = 0; i < list.size(); ++i)
-      if (!last || !fixed[i]) to[at + long(i)] = list[i];
-  };
-  for (long k = 1; k <= N; ++k) {
-    set(p_.limits.state_lower, low_, shooting_.at_x(k), k == N);
-    set(p_.limits.state_upper, high_, shooting_.at_x(k), k == N);
-  }
-  const long nu = p_.dynamics->nu();
-  for (long at = shooting_.at_w(0); at < n; at += nu) {
-    set(p_.limits.input_lower, low_, at, false);
-    set(p_.limits.input_upper, high_, at, false);
-  }
-  std::vector<std::pair<double, double>> at_stage;
-  for (const double r : p_.limits.rate)
-    if (std::isfinite(r)) at_stage.emplace_back(-r, r);
-  for (const PathLimit& l : p_.limits.path) at_stage.emplace_back(l.lower, l.upper);
-  for (long i = n; i < low_.size(); ++i)
-    std::tie(low_[i], high_[i]) = at_stage[size_t(i - n) % at_stage.size()];
+  shooting_.limits(low_, high_);
   for (long i = 0; i < low_.size(); ++i)
     if (std::isfinite(low_[i]) || std::isfinite(high_[i])) limited_.push_back(i);
 }

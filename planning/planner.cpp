@@ -68,6 +68,24 @@ void NewtonIteration::finish(Plan& plan) {
   }
 }
 
+Plan NewtonIteration::judge(const Vector& v, const Vector& lambda, const Vector& nu,
+                            const Vector& lower, const Vector& upper) {
+  Plan plan;
+  at_.v = v;
+  if (!shooting_.evaluate(v)) throw InvalidArgument("a step of what is judged has no solution");
+  shooting_.differentiate();
+  at_.lambda.tail(lambda.size()) = lambda;
+  at_.nu = nu;
+  at_.c = joined(v, path());
+  at_.lower = at_.upper = Vector::Zero(at_.c.size());
+  for (const long i : limited_) {
+    if (std::isfinite(low_[i])) at_.lower[i] = lower[i];
+    if (std::isfinite(high_[i])) at_.upper[i] = upper[i];
+  }
+  finish(plan);
+  return plan;
+}
+
 Plan NewtonIteration::run() {
   Plan plan;
   if (o_.approach) {
@@ -85,6 +103,7 @@ Plan NewtonIteration::run() {
     shooting_.differentiate();
     if (plan.iterations == 0) estimate_multipliers();
     const Residuals r = residuals(0);
+    nearly_stationary_ = r.defect < 1e-4 && r.stationarity < 1e-3;
     plan.history.push_back({shooting_.cost, r.defect, r.stationarity, last_step_, regularisation_});
     if (r.largest() <= o_.tolerance) {
       plan.status = Plan::Status::optimal;
@@ -131,15 +150,12 @@ const char* to_string(Plan::Status status) {
 }
 
 Plan solve(const Problem& problem, const Trajectory& guess, const PlannerOptions& options) {
-  problem.check();
-  const size_t N = size_t(problem.intervals);
+  check_guess(problem, guess);
   const Limits& l = problem.limits;
   if (options.any_extremal &&
       !(l.input_lower.empty() && l.input_upper.empty() && l.state_lower.empty() &&
         l.state_upper.empty() && l.rate.empty() && l.path.empty()))
     throw InvalidArgument("any_extremal takes no limits, expected a problem without");
-  require_size("states of the guess", guess.x.size(), (N + 1) * problem.start.size());
-  require_size("inputs of the guess", guess.u.size(), N * size_t(problem.per_interval()));
   Plan plan = detail::NewtonIteration(problem, guess, options).run();
   const auto ended = [](const Plan& p) {
     return p.status == Plan::Status::optimal || p.status == Plan::Status::stopped;

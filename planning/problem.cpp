@@ -111,6 +111,13 @@ std::vector<Goal> attitude_goals(int at, const std::array<double, 4>& g) {
   return goals;
 }
 
+void check_guess(const Problem& problem, const Trajectory& guess) {
+  problem.check();
+  const size_t N = size_t(problem.intervals);
+  require_size("states of the guess", guess.x.size(), (N + 1) * problem.start.size());
+  require_size("inputs of the guess", guess.u.size(), N * size_t(problem.per_interval()));
+}
+
 Trajectory straight(const Problem& p, const std::vector<double>& end) {
   const size_t n = p.start.size(), N = size_t(p.intervals);
   require_size("end", end.size(), n);

@@ -84,6 +84,8 @@ struct Trajectory {
   std::vector<double> u;  ///< intervals · per_interval(), stage after stage
 };
 
+/// @throws InvalidArgument as Problem::check(); for a guess of the wrong size
+void check_guess(const Problem& problem, const Trajectory& guess);
 /// A straight line from the start to `end`, with inputs 0. @param end  size nx
 Trajectory straight(const Problem& problem, const std::vector<double>& end);
 /// The motion that the inputs of `t` cause from the start: its states are replaced.

@@ -1,5 +1,7 @@
 #include "planning/detail/shooting.h"
 
+#include <tuple>
+
 namespace porthos::planning::detail {
 
 Shooting::Shooting(const Problem& p)
@@ -129,6 +131,33 @@ void Shooting::path_along(const Vector& dv, double* to) const {
         rows.leftCols(nx_) * dv.segment(at_x(k), nx_) +
         rows.rightCols(nw_) * dv.segment(at_w(k), nw_);
   }
+}
+
+void Shooting::limits(Vector& low, Vector& high) const {
+  const long n = unknowns();
+  low = Vector::Constant(n + path(), -no_limit);
+  high = Vector::Constant(n + path(), no_limit);
+  std::vector<bool> fixed(size_t(nx_), false);  // by a goal, at the end
+  for (const Goal& g : p_.goals)
+    for (const auto& [k, factor] : g.row) fixed[size_t(k)] = true;
+  const auto set = [&](const std::vector<double>& list, Vector& to, long at, bool last) {
+    for (size_t i = 0; i < list.size(); ++i)
+      if (!last || !fixed[i]) to[at + long(i)] = list[i];
+  };
+  for (long k = 1; k <= N_; ++k) {
+    set(p_.limits.state_lower, low, at_x(k), k == N_);
+    set(p_.limits.state_upper, high, at_x(k), k == N_);
+  }
+  for (long at = at_w(0); at < n; at += p_.dynamics->nu()) {
+    set(p_.limits.input_lower, low, at, false);
+    set(p_.limits.input_upper, high, at, false);
+  }
+  std::vector<std::pair<double, double>> at_stage;
+  for (const double r : p_.limits.rate)
+    if (std::isfinite(r)) at_stage.emplace_back(-r, r);
+  for (const PathLimit& l : p_.limits.path) at_stage.emplace_back(l.lower, l.upper);
+  for (long i = n; i < low.size(); ++i)
+    std::tie(low[i], high[i]) = at_stage[size_t(i - n) % at_stage.size()];
 }
 
 void Shooting::add_path(const double* weights, Vector& gradient) const {

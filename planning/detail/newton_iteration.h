@@ -9,6 +9,12 @@ class NewtonIteration {
  public:
   NewtonIteration(const Problem& problem, const Trajectory& guess, const PlannerOptions& options);
   Plan run();
+  /// What another solver found: all but how it was found.
+  /// @param lambda  of the steps, λ_1 to λ_N; lower, upper: of limits of v and of the numbers at the
+  ///   stages
+  Plan judge(const Vector& v, const Vector& lambda, const Vector& nu, const Vector& lower,
+             const Vector& upper);
+  static Vector joined(const Vector& v, const Vector& slacks);
 
  private:
   /// An iterate: unknowns and all multipliers.
@@ -30,7 +36,6 @@ class NewtonIteration {
   void set_limits();
   void move_inside(Vector& v) const;
   bool begin();
-  static Vector joined(const Vector& v, const Vector& slacks);
   Vector path() const;
   double infeasibility(const Vector& c) const;
   std::pair<double, double> barrier_of(long i) const;
@@ -70,6 +75,7 @@ class NewtonIteration {
   double regularisation_ = 0, last_regularisation_ = 0, rho_ = 0;
   std::vector<std::pair<double, double>> filter_;  ///< infeasibility and barrier function
   double most_infeasible_ = 0;
+  bool nearly_stationary_ = false;
   int evaluations_ = 0;
 };
 

@@ -42,6 +42,9 @@ class Shooting {
   void copy_path(double* to) const;
   /// After differentiate(): their derivatives along a move of the unknowns.
   void path_along(const Vector& dv, double* to) const;
+  const Matrix& path_rows(long k) const { return intervals_[size_t(k)].path_rows(); }
+  /// The limits of the unknowns, x_0 without, and of path(); -inf and inf where there is none.
+  void limits(Vector& low, Vector& high) const;
   /// gradient += weightsᵀ ∂path by the unknowns, without x_0.
   void add_path(const double* weights, Vector& gradient) const;
   /// Adds σ rᵀr to the block H and slope r to g of the programme, r the derivative of number i of

@@ -107,35 +107,60 @@ TEST(Limits, OfRates) {
   EXPECT_LT(before, 2e-3);
 }
 
+/// The largest speed of the cart.
+double fastest(const Problem& p, const Plan& plan) {
+  Problem fine = p;
+  fine.intervals = 20 * p.intervals;
+  const Vec x = resample(p, plan.motion, fine).x;
+  double most = 0;
+  for (size_t k = 4; k < x.size(); k += 4)
+    most = std::max(most, std::fabs(x[k] - x[k - 4]) / fine.step());
+  return most;
+}
+
 /// The swing-up whose cart may go at a part of the speed of its free optimum, from a line and from
 /// that optimum, which is too fast: the same optimum.
 TEST(Limits, OfTheRateOfACart) {
   Problem p = test::cart_pole_swing_up(2, 40);
   const Plan free = solve(p, straight(p, {1, M_PI, 0, 0}));
-  Problem fine = p;
-  fine.intervals = 20 * p.intervals;
-  const auto fastest = [&](const Plan& plan) {
-    const Vec x = resample(p, plan.motion, fine).x;
-    double most = 0;
-    for (size_t k = 4; k < x.size(); k += 4)
-      most = std::max(most, std::fabs(x[k] - x[k - 4]) / fine.step());
-    return most;
-  };
-  const double speed = fastest(free);
+  const double speed = fastest(p, free);
   for (const double part : {0.95, 0.9, 0.7}) {
     p.limits.rate = {part * speed, no_limit, no_limit, no_limit};
     const Plan plan = solve(p, straight(p, {1, M_PI, 0, 0})), again = solve(p, free.motion);
     std::printf(
         "  limit %.4f m/s: fastest %.4f; cost %.6f, from the free one off by %.1e; free %.6f; "
         "%d active; %d and %d iterations\n",
-        p.limits.rate[0], fastest(plan), plan.cost, std::fabs(again.cost / plan.cost - 1),
+        p.limits.rate[0], fastest(p, plan), plan.cost, std::fabs(again.cost / plan.cost - 1),
         free.cost, plan.active_limits, plan.iterations, again.iterations);
     EXPECT_EQ(plan.status, Plan::Status::optimal);
     EXPECT_EQ(again.status, Plan::Status::optimal);
-    EXPECT_LT(fastest(plan), 1.02 * p.limits.rate[0]);  // between the stages, of 50 ms
+    EXPECT_LT(fastest(p, plan), 1.02 * p.limits.rate[0]);  // between the stages, of 50 ms
     EXPECT_GT(plan.cost, free.cost);
     EXPECT_GT(plan.active_limits, 0);
     EXPECT_NEAR(again.cost, plan.cost, 1e-8 * plan.cost);
+  }
+}
+
+/// At 0.795 and 0.8 of that speed the way leads by a stationary point that is no minimum, at J =
+/// 67.3 and 66.75, where steps without the second derivatives of f creep for hundreds of iterations.
+/// Beyond it is an optimum, at 0.8 in the valley of another motion. IPOPT finds the same ones
+/// (Ipopt.LimitsOfRates).
+TEST(Limits, LeavesAStationaryPointThatIsNoMinimum) {
+  Problem p = test::cart_pole_swing_up(2, 40);
+  const Trajectory line = straight(p, {1, M_PI, 0, 0});
+  const Plan free = solve(p, line);
+  const double speed = fastest(p, free);
+  for (const auto& [part, cost] : {std::pair(0.795, 67.2815018), std::pair(0.8, 58.6549190)}) {
+    p.limits.rate = {part * speed, no_limit, no_limit, no_limit};
+    for (const Trajectory& guess : {line, free.motion}) {
+      const Plan plan = solve(p, guess);
+      std::printf("  %.3f of the free speed: %s, J = %.7f, %d iterations (bound 199)\n", part,
+                  to_string(plan.status), plan.cost, plan.iterations);
+      EXPECT_EQ(plan.status, Plan::Status::optimal);
+      EXPECT_NEAR(plan.cost, cost, 2e-7);
+      EXPECT_LT(plan.iterations, 200);
+      EXPECT_LT(fastest(p, plan), 1.02 * p.limits.rate[0]);
+    }
   }
 }
 
@@ -143,31 +168,14 @@ TEST(Limits, OfTheRateOfACart) {
 /// at both ends, at least ∫u². The optimum touches the disc at one instant, above or below: with
 /// half the time h = 1 s, J = 12·2²/2³ + 2·12 (1/2)²/h³ = 12. Control: a straight line costs 6.
 TEST(Limits, OfADistance) {
-  const auto distance = [](double, auto x) {
-    using phs::sqrt;
-    return sqrt(x[0] * x[0] + x[1] * x[1]);
-  };
   double before = HUGE_VAL;
   for (const int N : {10, 20, 40}) {
-    Problem p;
-    p.dynamics = function_dynamics(4, 2, [](auto, auto x, auto u, auto dx) {
-      dx[0] = x[2];
-      dx[1] = x[3];
-      dx[2] = u[0];
-      dx[3] = u[1];
-    });
-    p.stages = 2;
-    p.intervals = N;
-    p.duration = 2;
-    p.start = {-1, 0, 0, 0};
-    p.cost.input = {1, 1};
-    for (int k = 0; k < 4; ++k) p.goals.push_back({{{k, 1.0}}, -1, k == 0 ? 1.0 : 0.0});
-    EXPECT_NEAR(solve(p, straight(p, {1, 0, 0, 0})).cost, 6, 0.1);
-    p.limits.path = {{.number = path_number(4, distance), .lower = 0.5}};
+    const Problem p = test::round_a_disc(N);
+    Problem free = p;
+    free.limits = {};
+    EXPECT_NEAR(solve(free, straight(p, {1, 0, 0, 0})).cost, 6, 0.1);
     for (const double side : {1, -1}) {
-      Trajectory guess = straight(p, {1, 0, 0, 0});
-      for (int k = 1; k < N; ++k) guess.x[size_t(4 * k + 1)] = side;
-      const Plan plan = solve(p, guess);
+      const Plan plan = solve(p, test::beside_the_disc(p, side));
       double least = HUGE_VAL;
       for (size_t k = 0; k < plan.motion.x.size(); k += 4)
         least = std::min(least, std::hypot(plan.motion.x[k], plan.motion.x[k + 1]));

@@ -1,9 +1,13 @@
 #pragma once
+#include <gtest/gtest.h>
+
 #include <cmath>
+#include <fstream>
 
 #include "mechanics/builder.h"
 #include "mechanics/mechanical_model.h"
 #include "planning/planner.h"
+#include "tests/support/reference.h"
 
 /// Optimal control problems with known answers.
 namespace porthos::test {
@@ -85,6 +89,59 @@ inline planning::Problem cart_pole_swing_up(int stages, int intervals) {
   p.cost.input = {1};
   p.goals = ends_at({1, M_PI, 0, 0});
   return p;
+}
+
+inline planning::Problem acrobot_swing_up() {
+  planning::Problem p;
+  p.dynamics = planning::dynamics_of(acrobot(), {"elbow.torque"});
+  p.stages = 4;
+  p.duration = 4;
+  p.intervals = 80;
+  p.inputs = planning::Inputs::at_stages;
+  p.start = {0, 0, 0, 0};
+  p.cost.input = {1};
+  p.goals = ends_at({M_PI, 0, 0, 0});
+  return p;
+}
+
+/// A table of four digits (tests/data/README.md).
+inline planning::Trajectory acrobot_guess(const planning::Problem& p) {
+  planning::Trajectory guess = planning::straight(p, {M_PI, 0, 0, 0});
+  std::ifstream file(data_file("planning/acrobot_guess.txt"));
+  for (auto* list : {&guess.x, &guess.u})
+    for (double& number : *list) file >> number;
+  EXPECT_TRUE(file.good());
+  return guess;
+}
+
+/// A mass in the plane from (-1, 0) to (1, 0) m in 2 s, at rest at both ends, at least ∫u², no
+/// nearer than 1/2 m to the origin.
+inline planning::Problem round_a_disc(int intervals) {
+  planning::Problem p;
+  p.dynamics = planning::function_dynamics(4, 2, [](auto, auto x, auto u, auto dx) {
+    dx[0] = x[2];
+    dx[1] = x[3];
+    dx[2] = u[0];
+    dx[3] = u[1];
+  });
+  p.intervals = intervals;
+  p.duration = 2;
+  p.start = {-1, 0, 0, 0};
+  p.cost.input = {1, 1};
+  p.goals = ends_at({1, 0, 0, 0});
+  const auto distance = [](double, auto x) {
+    using phs::sqrt;
+    return sqrt(x[0] * x[0] + x[1] * x[1]);
+  };
+  p.limits.path = {{.number = planning::path_number(4, distance), .lower = 0.5}};
+  return p;
+}
+
+/// A straight line whose inner states are moved to a side of the disc.
+inline planning::Trajectory beside_the_disc(const planning::Problem& p, double side) {
+  planning::Trajectory guess = planning::straight(p, {1, 0, 0, 0});
+  for (int k = 1; k < p.intervals; ++k) guess.x[size_t(4 * k + 1)] = side;
+  return guess;
 }
 
 }  // namespace porthos::test

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <fstream>
 
 #include "integrators/core/integrator.h"
 #include "phs/network/network.h"
@@ -138,20 +137,8 @@ TEST(EtsVii, DisturbsItsBaseLittle) {
 
 /// One of the acrobot's many swing-ups, from a table of four digits (tests/data/README.md).
 TEST(Acrobot, SwingsUp) {
-  Problem p;
-  p.dynamics = dynamics_of(test::acrobot(), {"elbow.torque"});
-  p.stages = 4;
-  p.duration = 4;
-  p.intervals = 80;
-  p.inputs = Inputs::at_stages;
-  p.start = {0, 0, 0, 0};
-  p.cost.input = {1};
-  p.goals = test::ends_at({M_PI, 0, 0, 0});
-  Trajectory guess = straight(p, {M_PI, 0, 0, 0});
-  std::ifstream file(test::data_file("planning/acrobot_guess.txt"));
-  for (auto* list : {&guess.x, &guess.u})
-    for (double& number : *list) file >> number;
-  ASSERT_TRUE(file.good());
+  const Problem p = test::acrobot_swing_up();
+  const Trajectory guess = test::acrobot_guess(p);
   const auto begin = Clock::now();
   const Plan first = solve(p, guess);
   const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
