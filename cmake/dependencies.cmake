@@ -31,6 +31,19 @@ mark_as_advanced(PORTHOS_RANDOM123_INCLUDE_DIR)
 add_library(porthos_random123 INTERFACE)
 target_include_directories(porthos_random123 SYSTEM INTERFACE ${PORTHOS_RANDOM123_INCLUDE_DIR})
 
+# EPL, for the command and the tests, never in the libraries: a second solver of plans. By file and not by ipopt.pc, which
+# names the Fortran libraries of MUMPS that a program need not link itself.
+if(PORTHOS_IPOPT)
+  find_path(PORTHOS_IPOPT_INCLUDE_DIR IpTNLP.hpp PATH_SUFFIXES coin coin-or)
+  find_library(PORTHOS_IPOPT_LIBRARY ipopt)
+  mark_as_advanced(PORTHOS_IPOPT_INCLUDE_DIR PORTHOS_IPOPT_LIBRARY)
+  if(PORTHOS_IPOPT_INCLUDE_DIR AND PORTHOS_IPOPT_LIBRARY)
+    add_library(Ipopt::Ipopt UNKNOWN IMPORTED)
+    set_target_properties(Ipopt::Ipopt PROPERTIES IMPORTED_LOCATION ${PORTHOS_IPOPT_LIBRARY}
+      INTERFACE_INCLUDE_DIRECTORIES ${PORTHOS_IPOPT_INCLUDE_DIR} INTERFACE_COMPILE_DEFINITIONS HAVE_CSTDDEF)   # asked for by 3.11
+  endif()
+endif()
+
 # GPL-3, therefore never in the libraries: for the tests, and for the command where PORTHOS_GSL_RIVALS asks for it.
 if((PORTHOS_GSL AND PORTHOS_BUILD_TESTS) OR PORTHOS_GSL_RIVALS)
   find_package(GSL QUIET)

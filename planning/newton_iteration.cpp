@@ -108,8 +108,8 @@ void NewtonIteration::set_up(bool exact) {
 }
 
 /// The programme with all second derivatives if it is convex, if need be with a little on the
-/// diagonal: an optimum may belong to a family. Else without the second derivatives of f; but near a
-/// stationary point that is no minimum such steps creep, and a larger diagonal leads away from it.
+/// diagonal: an optimum may belong to a family. Else without the second derivatives of f; but near
+/// a stationary point that is no minimum such steps creep, and a larger diagonal leads away.
 bool NewtonIteration::step(Move& move, bool exact) {
   set_up(exact);
   const auto& last = shooting_.qp.stages.back().H;

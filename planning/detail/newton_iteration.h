@@ -10,8 +10,8 @@ class NewtonIteration {
   NewtonIteration(const Problem& problem, const Trajectory& guess, const PlannerOptions& options);
   Plan run();
   /// What another solver found: all but how it was found.
-  /// @param lambda  of the steps, λ_1 to λ_N; lower, upper: of limits of v and of the numbers at the
-  ///   stages
+  /// @param lambda  of the steps, λ_1 to λ_N
+  /// @param lower,upper  of limits of v and of the numbers at the stages
   Plan judge(const Vector& v, const Vector& lambda, const Vector& nu, const Vector& lower,
              const Vector& upper);
   static Vector joined(const Vector& v, const Vector& slacks);
