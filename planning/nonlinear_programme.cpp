@@ -6,15 +6,12 @@
 
 namespace porthos::planning {
 
-using detail::Matrix;
-using detail::Vector;
-
 struct NonlinearProgramme::Work {
   const Problem& problem;
   detail::Shooting shooting;
   Bounds unknowns, rows;
   Pattern jacobian, hessian;
-  Vector z, lambda, cost_hessian;
+  detail::Vector z, lambda, cost_hessian;
   bool solved = false, differentiated = false;
 
   explicit Work(const Problem& p) : problem(p), shooting(p) {
@@ -27,7 +24,7 @@ struct NonlinearProgramme::Work {
   long per_interval() const { return shooting.path() / shooting.N(); }
 
   void set_bounds() {
-    Vector low, high;
+    detail::Vector low, high;
     shooting.limits(low, high);
     const long n = shooting.unknowns(), equations = steps() + goals();
     for (long i = 0; i < shooting.nx(); ++i) low[i] = high[i] = problem.start[size_t(i)];
@@ -83,15 +80,17 @@ struct NonlinearProgramme::Work {
   double* curve(const double* multipliers, double factor, double* to) {
     const long nx = shooting.nx(), N = shooting.N();
     lambda.setZero((N + 1) * nx);
-    Vector nu = Vector::Zero(goals()), weights = Vector::Zero(shooting.path());
+    detail::Vector nu = detail::Vector::Zero(goals()),
+                   weights = detail::Vector::Zero(shooting.path());
     if (multipliers) {
-      lambda.tail(steps()) = factor * Eigen::Map<const Vector>(multipliers, steps());
-      nu = factor * Eigen::Map<const Vector>(multipliers + steps(), goals());
-      weights = factor * Eigen::Map<const Vector>(multipliers + steps() + goals(), weights.size());
+      lambda.tail(steps()) = factor * Eigen::Map<const detail::Vector>(multipliers, steps());
+      nu = factor * Eigen::Map<const detail::Vector>(multipliers + steps(), goals());
+      weights = factor *
+                Eigen::Map<const detail::Vector>(multipliers + steps() + goals(), weights.size());
     }
     shooting.curve(lambda, nu, true, weights.data());
     for (long k = 0; k <= N; ++k) {
-      const Matrix& H = k < N ? shooting.qp.stages[size_t(k)].H : shooting.qp.last_H;
+      const detail::Matrix& H = k < N ? shooting.qp.stages[size_t(k)].H : shooting.qp.last_H;
       for (long i = 0; i < H.rows(); ++i)
         for (long j = 0; j <= i; ++j) *to++ = H(i, j);
     }
@@ -113,7 +112,7 @@ const NonlinearProgramme::Pattern& NonlinearProgramme::hessian_pattern() const {
 }
 
 bool NonlinearProgramme::go_to(In z) {
-  const Eigen::Map<const Vector> there(z.data(), long(z.size()));
+  const Eigen::Map<const detail::Vector> there(z.data(), long(z.size()));
   if (w_->solved && w_->z == there) return true;
   w_->z = there;
   w_->differentiated = false;
@@ -132,10 +131,10 @@ void NonlinearProgramme::gradient(Out g) {
   w_->differentiate();
   const auto& s = w_->shooting;
   const long nx = s.nx(), nw = s.nw();
-  Eigen::Map<Vector> to(g.data(), long(g.size()));
+  Eigen::Map<detail::Vector> to(g.data(), long(g.size()));
   to.setZero();
   for (long k = 0; k < s.N(); ++k) {
-    const Vector& own = s.qp.stages[size_t(k)].g;
+    const detail::Vector& own = s.qp.stages[size_t(k)].g;
     to.segment(s.at_x(k), nx) = own.head(nx);
     to.segment(s.at_w(k), nw) = own.tail(nw);
   }
@@ -145,7 +144,7 @@ void NonlinearProgramme::jacobian(Out numbers) {
   w_->differentiate();
   const auto& s = w_->shooting;
   double* to = numbers.data();
-  const auto put = [&](const Matrix& block, long row) {
+  const auto put = [&](const detail::Matrix& block, long row) {
     for (long c = 0; c < block.cols(); ++c) *to++ = block(row, c);
   };
   for (const auto& stage : s.qp.stages)
@@ -161,7 +160,7 @@ void NonlinearProgramme::jacobian(Out numbers) {
 
 void NonlinearProgramme::hessian(double cost_factor, In multipliers, Out numbers) {
   w_->differentiate();
-  Eigen::Map<Vector> H(numbers.data(), long(numbers.size()));
+  Eigen::Map<detail::Vector> H(numbers.data(), long(numbers.size()));
   if (cost_factor == 0) {  // as a difference: the cost is a part of the steps' own
     w_->curve(multipliers.data(), 1, numbers.data());
     w_->cost_hessian.resize(H.size());
@@ -175,12 +174,12 @@ void NonlinearProgramme::hessian(double cost_factor, In multipliers, Out numbers
 
 Plan NonlinearProgramme::plan(In z, In multipliers, In lower, In upper) const {
   const auto vector = [](In list) {
-    return Vector(Eigen::Map<const Vector>(list.data(), long(list.size())));
+    return detail::Vector(Eigen::Map<const detail::Vector>(list.data(), long(list.size())));
   };
   const auto& s = w_->shooting;
   const PlannerOptions options;
   const Trajectory motion{{z.begin(), z.begin() + s.at_w(0)}, {z.begin() + s.at_w(0), z.end()}};
-  const Vector of_rows = vector(multipliers), path = of_rows.tail(s.path());
+  const detail::Vector of_rows = vector(multipliers), path = of_rows.tail(s.path());
   detail::NewtonIteration judge(w_->problem, motion, options);
   return judge.judge(vector(z), of_rows.head(w_->steps()),
                      of_rows.segment(w_->steps(), w_->goals()),

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <map>
+
 #include "planning/detail/approach.h"
 #include "planning/detail/newton_iteration.h"
 
@@ -149,7 +151,32 @@ const char* to_string(Plan::Status status) {
   return "";
 }
 
+namespace {
+
+std::map<std::string, Solver>& known_solvers() {
+  static std::map<std::string, Solver> list;
+  return list;
+}
+
+}  // namespace
+
+void add_solver(const std::string& name, Solver solver) { known_solvers()[name] = solver; }
+
+Solver find_solver(const std::string& name) {
+  const auto& list = known_solvers();
+  const auto found = list.find(name);
+  return found == list.end() ? nullptr : found->second;
+}
+
 Plan solve(const Problem& problem, const Trajectory& guess, const PlannerOptions& options) {
+  if (!options.solver.empty()) {
+    const Solver other = find_solver(options.solver);
+    if (!other)
+      throw InvalidArgument(fmt::format(
+          "solver is '{}', which this program does not have, expected '' or one of add_solver()",
+          options.solver));
+    return other(problem, guess, options);
+  }
   check_guess(problem, guess);
   const Limits& l = problem.limits;
   if (options.any_extremal &&

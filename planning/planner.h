@@ -21,6 +21,7 @@ struct PlannerOptions {
   bool any_extremal = false;
   double first_barrier = 0.1;               ///< with limits: the first weight of their logarithms
   const std::atomic<bool>* stop = nullptr;  ///< true: give up
+  std::string solver = {};                  ///< of add_solver(), instead of Newton's method here
 };
 
 /// A solution, or where the solver stopped.
@@ -60,8 +61,14 @@ const char* to_string(Plan::Status status);
 /// @param guess  states and inputs to begin with; they need not fit together, but its x_0 is the
 ///   start
 /// @throws InvalidArgument as Problem::check(); for limits with any_extremal; for a guess of the
-///   wrong size; if the first steps
-///   cannot be evaluated
+///   wrong size; if the first steps cannot be evaluated; for a solver that is not known
 Plan solve(const Problem& problem, const Trajectory& guess, const PlannerOptions& options = {});
+
+/// Another solver of the same problems, such as that of adapters/ipopt.
+using Solver = Plan (*)(const Problem&, const Trajectory&, const PlannerOptions&);
+/// Makes one known by a name, while no other thread plans.
+void add_solver(const std::string& name, Solver solver);
+/// The one of that name, or null.
+Solver find_solver(const std::string& name);
 
 }  // namespace porthos::planning

@@ -180,4 +180,10 @@ Plan solve_by_ipopt(const Problem& problem, const Trajectory& guess, const Plann
   return std::move(plan);
 }
 
+void add_ipopt() {
+  add_solver("ipopt", [](const Problem& problem, const Trajectory& guess, const PlannerOptions& o) {
+    return solve_by_ipopt(problem, guess, o);
+  });
+}
+
 }  // namespace porthos::adapters

@@ -28,4 +28,7 @@ planning::Plan solve_by_ipopt(const planning::Problem& problem, const planning::
                               const planning::PlannerOptions& options = {},
                               const IpoptOptions& own = {});
 
+/// Makes it known as "ipopt" to PlannerOptions::solver and to [plan] of scenes.
+void add_ipopt();
+
 }  // namespace porthos::adapters

@@ -196,6 +196,12 @@ PlanScene read_plan(const Scene& scene) {
   PlanScene p;
   if (t.choice("inputs") == "polynomial") p.inputs = planning::Inputs::at_stages;
   p.options.approach = t.boolean("approach");
+  if (t.choice("solver") == "ipopt") {
+    p.options.solver = "ipopt";
+    p.options.approach = false;
+    if (!planning::find_solver("ipopt"))
+      t.fail("solver", "is \"ipopt\", which this build does not have, expected \"newton\"");
+  }
   p.options.iterations = int(std::min<std::uint64_t>(t.whole("iterations"), 1000000));
   p.options.tolerance = t.positive("tolerance");
   p.smoothing = t.positive("smoothing");

@@ -172,6 +172,8 @@ std::vector<SchemaTable> run_tables() {
        {word("inputs", {"held", "polynomial"}, "\"held\"",
              "over a step, or a polynomial with a value at each stage of the method"),
         yes_or_no("approach", "true", "first come near the goals by motions that lessen the cost"),
+        word("solver", {"newton", "ipopt"}, "\"newton\"",
+             "ipopt: another one, without approach, if the build has it"),
         whole("iterations", "200", "of Newton's method, at most"),
         number("tolerance", "1", "1e-9", "of the conditions of an optimum"),
         number("smoothing", "W", "1", "of drawn power about zero"),

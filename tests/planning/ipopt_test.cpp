@@ -242,6 +242,16 @@ TEST(Ipopt, AcrobotFromAfar) {
   EXPECT_NEAR(plan.cost, 21.51759979, 1e-8);
 }
 
+TEST(Ipopt, ByItsName) {
+  adapters::add_ipopt();
+  const Problem p = test::unit_mass(1, 1, 10);
+  const auto guess = straight(p, {1, 0});
+  const Plan plan = solve(p, guess, {.solver = "ipopt"});
+  EXPECT_EQ(unknowns(plan), unknowns(solve_by_ipopt(p, guess)));
+  EXPECT_NE(unknowns(plan), unknowns(solve(p, guess)));  // control: the last digits are others
+  EXPECT_THROW(solve(p, guess, {.solver = "ipop"}), InvalidArgument);
+}
+
 TEST(Ipopt, Refusals) {
   const Problem p = test::unit_mass(1, 1, 4);
   const auto words = [&](const Trajectory& guess) -> std::string {

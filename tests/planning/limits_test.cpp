@@ -143,7 +143,7 @@ TEST(Limits, OfTheRateOfACart) {
 
 /// At 0.795 and 0.8 of that speed the way leads by a stationary point that is no minimum, at J =
 /// 67.3 and 66.75, where steps without the second derivatives of f creep for hundreds of
-/// iterations. Beyond it is an optimum, at 0.8 in the valley of another motion. IPOPT finds the same ones
+/// iterations. Beyond it is an optimum, at 0.8 in the valley of another motion. IPOPT finds both
 /// (Ipopt.LimitsOfRates).
 TEST(Limits, LeavesAStationaryPointThatIsNoMinimum) {
   Problem p = test::cart_pole_swing_up(2, 40);

@@ -432,6 +432,33 @@ TEST_F(PlanScene, Refusals) {
   }
 }
 
+/// Another solver is asked by its name where the program has it: here one that asks ours.
+TEST_F(PlanScene, AnotherSolver) {
+  const std::string own = "[plan]\n", other = "[plan]\nsolver = \"ipopt\"\n";
+  if (!find_solver("ipopt")) {
+    const std::string words = refusal(own, other);
+    EXPECT_NE(words.find("solver is \"ipopt\", which this build does not have, expected "),
+              words.npos)
+        << words;
+  }
+  static int asked = 0;
+  add_solver("ipopt", [](const Problem& p, const Trajectory& guess, const PlannerOptions& o) {
+    ++asked;
+    EXPECT_FALSE(o.approach);
+    PlannerOptions ours = o;
+    ours.solver.clear();
+    return solve(p, guess, ours);
+  });
+  const Scene s = changed(own, other);
+  const auto r = scene::plan(s, scene::assemble(s), (folder_ / "out").string());
+  EXPECT_EQ(r.plan.status, Plan::Status::optimal);
+  EXPECT_TRUE(r.replays());
+  EXPECT_EQ(asked, 1);
+  const Scene without = changed(own, own);
+  (void)scene::plan(without, scene::assemble(without), (folder_ / "out").string());
+  EXPECT_EQ(asked, 1) << "control";
+}
+
 /// Forces of pieces need steps that end where they do.
 TEST_F(PlanScene, PiecesNeedWholeSteps) {
   const auto with = [](const std::string& pieces) {
