@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "mechanics/kinematics.h"
 #include "scene/assemble/outputs.h"
@@ -118,6 +119,18 @@ std::vector<planning::PathLimit> path_limits(const Scene& s, const Assembly& a,
     all.push_back(std::move(limit));
   }
   return all;
+}
+
+planning::PathLimit attitude_limit(int at, std::span<const double> start, double angle) {
+  const std::array<double, 4> from{start[size_t(at)], start[size_t(at) + 1], start[size_t(at) + 2],
+                                   start[size_t(at) + 3]};
+  const auto number = [at, from](double, auto x) {
+    auto c = from[0] * x[size_t(at)];
+    for (size_t i = 1; i < 4; ++i) c += from[i] * x[size_t(at) + i];
+    return c * c;
+  };
+  return {.number = planning::path_number(int(start.size()), number),
+          .lower = 0.5 * (1 + std::cos(angle))};
 }
 
 }  // namespace porthos::scene

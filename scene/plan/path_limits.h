@@ -24,4 +24,8 @@ std::vector<planning::PathLimit> path_limits(const Scene& scene, const Assembly&
                                              const std::vector<PlannedOutput>& planned,
                                              std::span<const double> start);
 
+/// A limit [rad] of the angle of an attitude from its start, of the squared cosine of half of it.
+/// @param at  of the quaternion in x
+planning::PathLimit attitude_limit(int at, std::span<const double> start, double angle);
+
 }  // namespace porthos::scene

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 
 #include "integrators/derivatives/step_variation.h"
 #include "scene/compare/auto_method.h"
@@ -82,6 +83,7 @@ PlannedJoint read_joint(const std::string& name, const std::string& where, const
   if (t.has("rate_limit")) j.rate_limit = t.positive("rate_limit");
   if (j.rate && j.rate_limit && std::fabs(*j.rate) > *j.rate_limit)
     t.fail("rate", fmt::format("is {}, which is beyond its rate_limit {}", *j.rate, *j.rate_limit));
+  if (t.has("momentum_limit")) j.momentum_limit = t.positive("momentum_limit");
   if (t.has("lower")) j.lower = t.number("lower");
   if (t.has("upper")) j.upper = t.number("upper");
   if (j.lower && j.upper && !(*j.lower < *j.upper))
@@ -130,16 +132,17 @@ std::optional<planning::EndTime> read_end_time(const Scene& scene, const Table& 
   return free;
 }
 
-/// Offset of a joint of one freedom in x, and its port.
+/// Offsets of the position and the momentum of a joint of one freedom in x, and its port.
 struct Place {
-  int q;
+  int q, p;
   std::string port;
 };
 Place place_of(const Assembly& a, const PlannedJoint& j) {
   const auto at = joint_place(*a.mechanical, j.where, "[plan]", j.name);
   const std::string own = at.port.substr(std::string("mechanism.").size());
   for (const auto& p : a.model->description().ports)
-    if (p.name == own || p.name == at.port) return {int(at.q), p.name};
+    if (p.name == own || p.name == at.port)
+      return {int(at.q), a.mechanism->nq() + int(at.q), p.name};
   refuse(j.where, fmt::format("joint '{}' has no open port, expected one", j.name));
 }
 
@@ -182,6 +185,33 @@ void check_path(const planning::Problem& p, const Assembly& a, const PlanScene& 
   }
 }
 
+/// Costs, goals and limits of a free base. @param end  gets its attitude
+void plan_base(const Assembly& a, const PlanScene& plan, PlanProblem& made,
+               std::vector<double>& end) {
+  planning::Problem& p = made.problem;
+  const int at = attitude_at(a);
+  if (at < 0) return;
+  const double* start = p.start.data() + at;
+  for (int i = 0; i < 4; ++i) p.cost.rate[size_t(at + i)] = 4 * plan.base_weight;  // |ω|² = 4|ξ'|²
+  if (plan.attitude) {
+    auto g = *plan.attitude;
+    const double along = std::inner_product(g.begin(), g.end(), start, 0.0);
+    for (size_t i = 0; i < 4 && along < 0; ++i) g[i] = -g[i];
+    const auto goals = planning::attitude_goals(at, g);
+    p.goals.insert(p.goals.end(), goals.begin(), goals.end());
+    for (const char* axis : {"x", "y", "z"})
+      made.goal_names.push_back(std::string("base.attitude.") + axis);
+    for (size_t i = 0; i < 4; ++i) end[size_t(at) + i] = g[i];
+    const double away = 2 * std::acos(std::min(1.0, std::fabs(along)));
+    if (plan.attitude_limit && away > *plan.attitude_limit)
+      refuse(plan.base_where, fmt::format("attitude_wxyz is {:.6g} rad from the start, which is "
+                                          "beyond attitude_limit {} in [plan]",
+                                          away, *plan.attitude_limit));
+  }
+  if (plan.attitude_limit)
+    p.limits.path.push_back(attitude_limit(at, p.start, *plan.attitude_limit));
+}
+
 }  // namespace
 
 PlanScene read_plan(const Scene& scene) {
@@ -218,6 +248,13 @@ PlanScene read_plan(const Scene& scene) {
     const Table base = t.table("base");
     if (base.has("attitude_wxyz")) p.attitude = read_attitude(base, "attitude_wxyz");
     p.base_weight = base.not_negative("rate_weight");
+    p.base_where = base.where();
+    if (base.has("attitude_limit")) {
+      p.attitude_limit = base.positive("attitude_limit");
+      if (!(*p.attitude_limit < phs::two_pi_hi / 2))
+        base.fail("attitude_limit",
+                  fmt::format("is {} rad, expected less than half a turn", *p.attitude_limit));
+    }
     if (scene.urdf.base != mechanics::UrdfOptions::Base::free)
       refuse(base.where(),
              "[plan] base is given, but the base is \"fixed\", expected [model] base = \"free\"");
@@ -262,6 +299,14 @@ PlanProblem plan_problem(const Scene& scene, const Assembly& a, const PlanScene&
     if (j.lower) set_limit(p.limits.state_lower, nx, -planning::no_limit, at.q, *j.lower);
     if (j.upper) set_limit(p.limits.state_upper, nx, planning::no_limit, at.q, *j.upper);
     if (j.rate_limit) set_limit(p.limits.rate, nx, planning::no_limit, at.q, *j.rate_limit);
+    if (j.momentum_limit) {
+      if (const double own = p.start[size_t(at.p)]; std::fabs(own) > *j.momentum_limit)
+        refuse(j.where, fmt::format("joint '{}' starts with a momentum of {:.6g}, which is beyond "
+                                    "its momentum_limit {} in [plan]",
+                                    j.name, own, *j.momentum_limit));
+      set_limit(p.limits.state_lower, nx, -planning::no_limit, at.p, -*j.momentum_limit);
+      set_limit(p.limits.state_upper, nx, planning::no_limit, at.p, *j.momentum_limit);
+    }
     if (!j.actuated) continue;
     const int input = int(ports.size());
     ports.push_back(at.port);
@@ -274,23 +319,9 @@ PlanProblem plan_problem(const Scene& scene, const Assembly& a, const PlanScene&
     }
     guesses.emplace_back(j.guess, j.guess_phase);
   }
-  if (const int at = attitude_at(a); at >= 0) {
-    for (int i = 0; i < 4; ++i)
-      p.cost.rate[size_t(at + i)] = 4 * plan.base_weight;  // |ω|² = 4|ξ'|²
-    if (plan.attitude) {
-      auto g = *plan.attitude;
-      double along = 0;
-      for (size_t i = 0; i < 4; ++i) along += g[i] * p.start[size_t(at) + i];
-      for (size_t i = 0; i < 4 && along < 0; ++i) g[i] = -g[i];
-      const auto goals = planning::attitude_goals(at, g);
-      p.goals.insert(p.goals.end(), goals.begin(), goals.end());
-      for (const char* axis : {"x", "y", "z"})
-        made.goal_names.push_back(std::string("base.attitude.") + axis);
-      for (size_t i = 0; i < 4; ++i) end[size_t(at) + i] = g[i];
-    }
-  }
-  p.dynamics = planning::dynamics_of(a.model, ports);
   p.limits.path = path_limits(scene, a, plan.outputs, p.start);
+  plan_base(a, plan, made, end);
+  p.dynamics = planning::dynamics_of(a.model, ports);
   check_path(p, a, plan);
   made.guess = planning::straight(p, end);
   bool waves = false;

@@ -21,6 +21,7 @@ struct PlannedJoint {
   std::optional<double> position = {};  ///< at the end
   std::optional<double> rate = 0;
   std::optional<double> torque_limit = {}, rate_limit = {}, lower = {}, upper = {};
+  std::optional<double> momentum_limit = {};  ///< of its momentum's magnitude
   double guess = 0, guess_phase = 0;
 };
 
@@ -34,6 +35,8 @@ struct PlanScene {
   std::vector<PlannedJoint> joints;
   std::vector<PlannedOutput> outputs = {};
   std::optional<std::array<double, 4>> attitude = {};  ///< of the base, at the end
+  std::optional<double> attitude_limit = {};           ///< of its angle from the start [rad]
+  std::string base_where = {};                         ///< "file:line:column"
   double base_weight = 0;                              ///< of ∫ |ω|²
 };
 

@@ -206,6 +206,8 @@ std::vector<SchemaTable> run_tables() {
         yes_or_no("free_rate", "false", "whether the rate at the end is free"),
         number("torque_limit", "N m (N)", "none", "of its magnitude, more than 0"),
         number("rate_limit", "rad/s (m/s)", "none", "of the rate's magnitude, more than 0"),
+        number("momentum_limit", "N m s (N s)", "none",
+               "of its momentum's magnitude, as a wheel's"),
         number("lower", "rad (m)", "none", "of the position"),
         number("upper", "rad (m)", "none", "of the position"),
         number("guess", "N m (N)", "0", "amplitude of a sine of one period to begin with"),
@@ -214,6 +216,7 @@ std::vector<SchemaTable> run_tables() {
        "[plan.base]",
        "A free base.",
        {numbers("attitude_wxyz", 4, "1", "free", "quaternion to the world at the end"),
+        number("attitude_limit", "rad", "none", "of its angle from the start, below π"),
         number("rate_weight", "1/(rad/s)² s", "0", "of ∫ of its angular rate²")}}};
 }
 
