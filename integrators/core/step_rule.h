@@ -104,13 +104,13 @@ class StatePerLane final : public LaneIntegrator {
   Rule rule_;
 };
 
-/// The catalogue entry of a rule, for every scalar and for lanes.
-template <template <class> class Rule>
+/// The catalogue entry of a rule, for every scalar and for lanes. One: its OneState.
+template <template <class> class Rule, template <class> class One>
 Entry entry_by_rule(Declaration declaration) {
   return with_lanes(
       entry(std::move(declaration),
             []<class T>(const Declaration& d, const phs::Model& m, T h, const Options& o) {
-              return std::make_unique<OneState<Rule, T>>(d, m, h, o);
+              return std::make_unique<One<T>>(d, m, h, o);
             }),
       [](const Declaration&, const phs::Model& m, double h, const Options& o) {
         return std::make_unique<StatePerLane<Rule<LaneIntegrator::Lanes>>>(m, h, o);

@@ -12,7 +12,14 @@ namespace {
 
 /// That of the adjoint, with its stages in reverse order: μ_ij is μ_ji of the step.
 CollocationTable<double> transposed(CollocationTable<double> t) {
-  const size_t s = size_t(t.s);
+  const size_t s = size_t(t.s), r = size_t(t.degree());
+  std::ranges::reverse(t.b);
+  std::ranges::reverse(t.c);
+  for (double& c : t.c) c = 1 - c;
+  const std::vector<double> legendre = t.legendre;  // P_k(-x) = (-1)^k P_k(x)
+  for (size_t i = 0; i < s; ++i)
+    for (size_t k = 0; k < r; ++k)
+      t.legendre[i * r + k] = (k % 2 ? -1 : 1) * legendre[(s - 1 - i) * r + k];
   for (auto* mu : {&t.mu, &t.mu_p}) {
     const std::vector<double> of_step = *mu;
     for (size_t i = 0; i < s && !mu->empty(); ++i)
@@ -33,6 +40,7 @@ class CollocationVariation final : public StepVariation {
   CollocationVariation(const phs::Model& model, const CollocationTable<double>& table, Side side)
       : n_(size_t(model.description().nx)),
         reversed_(side == Side::adjoint),
+        nodes_(table.c),
         step_(reversed_ ? transposed(table) : table, n_),
         solver_(Stagnation::of<double>(), Options{.solver = Solver::fixed_point}, n_),
         turns_(model.description()) {
@@ -54,8 +62,7 @@ class CollocationVariation final : public StepVariation {
     });
     for (int c = 0; c < chunks; ++c) {
       Lanes time(step.t);
-      for (int l = 0; l < V; ++l)
-        time.set(l, step.t + h_ * step_.table.c[size_t(stage(c * V + l))]);
+      for (int l = 0; l < V; ++l) time.set(l, step.t + h_ * nodes_[size_t(stage(c * V + l))]);
       gather(step.Y, c, step_.Y[c]);
       linear_[c]->at(time, step_.Y[c], field_[c]);
     }
@@ -198,6 +205,7 @@ class CollocationVariation final : public StepVariation {
   size_t n_;
   double h_ = 0;  ///< of the step, the last one's until the next at()
   bool reversed_;
+  std::vector<double> nodes_;  ///< of the step, not reversed
   Step step_;
   StepSolver solver_;
   TurnKeeper<Lanes> turns_;

@@ -124,13 +124,17 @@ void require_stages(const char* what, int s, int least, int most) {
 }  // namespace
 
 template <class T>
-void CollocationTable<T>::weights(T h, std::span<T> hb) const {
-  Quad inner = 0;
-  for (size_t i = 1; i + 1 < b.size(); ++i) inner += Quad(hb[i] = h * b[i]);
-  if (b.size() == 1)
-    hb[0] = h;
+void step_weights(std::span<const T> b, T h, std::span<T> hb) {
+  const size_t last = b.size() - 1;
+  const bool symmetric = b.front() == b.back();
+  const size_t first = symmetric ? 0 : size_t(std::ranges::max_element(b) - b.begin());
+  Quad rest = h;
+  for (size_t i = 0; i <= last; ++i)
+    if (i != first && !(symmetric && i == last)) rest -= Quad(hb[i] = h * b[i]);
+  if (symmetric && last > 0)
+    hb[first] = hb[last] = T(rest / 2);
   else
-    hb.front() = hb.back() = T((Quad(h) - inner) / 2);
+    hb[first] = T(rest);
 }
 
 template <class T>
@@ -186,10 +190,29 @@ CollocationTable<T> lobatto_table(int s) {
   return t;
 }
 
-#define PORTHOS_INSTANTIATE(T)                          \
-  template struct CollocationTable<T>;                  \
-  template CollocationTable<T> gauss_table<T>(int);     \
-  template CollocationTable<T> hbvm_table<T>(int, int); \
+template <class T>
+CollocationTable<T> runge_kutta_table(std::span<const Quad> c, std::span<const Quad> b,
+                                      std::span<const Quad> a, int degree) {
+  const size_t s = b.size();
+  CollocationTable<T> t;
+  t.s = int(s);
+  for (size_t i = 0; i < s; ++i) {
+    t.c.push_back(T(c[i]));
+    t.b.push_back(T(b[i]));
+    for (size_t j = 0; j < s; ++j) t.mu.push_back(T(a[i * s + j] / b[j]));
+    const Legendre<Quad> p(degree, 2 * c[i] - 1);
+    for (int k = 0; k < degree; ++k) t.legendre.push_back(T((2 * k + 1) * p[k]));
+  }
+  return t;
+}
+
+#define PORTHOS_INSTANTIATE(T)                                                                    \
+  template void step_weights<T>(std::span<const T>, T, std::span<T>);                             \
+  template CollocationTable<T> runge_kutta_table<T>(std::span<const Quad>, std::span<const Quad>, \
+                                                    std::span<const Quad>, int);                  \
+  template struct CollocationTable<T>;                                                            \
+  template CollocationTable<T> gauss_table<T>(int);                                               \
+  template CollocationTable<T> hbvm_table<T>(int, int);                                           \
   template CollocationTable<T> lobatto_table<T>(int);
 PORTHOS_INSTANTIATE(double)
 PORTHOS_INSTANTIATE(Quad)

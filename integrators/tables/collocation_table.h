@@ -6,6 +6,11 @@
 
 namespace porthos::integrators {
 
+/// Writes hb = h·b for weights b, both of size s, rounded so that the sum is h: of symmetric ones
+/// the outermost pair takes the rest, else the largest. T = double or Quad.
+template <class T>
+void step_weights(std::span<const T> b, T h, std::span<T> hb);
+
 /// A collocation-like method with s stages, in the form that conserves its invariants in floating
 /// point:
 ///   L_i = (h b_i) f(Y_i),   Y_i = y + Σ_j μ_ij L_j,   y' = y + Σ_i L_i,   μ_ij = a_ij / b_j
@@ -22,8 +27,8 @@ struct CollocationTable {
   /// 0 first.
   std::vector<T> legendre;
 
-  /// h·b_i, rounded symmetrically; the outermost pair is set so that the sum is h. Size s.
-  void weights(T h, std::span<T> hb) const;
+  /// step_weights() of b. Size s.
+  void weights(T h, std::span<T> hb) const { step_weights<T>(b, h, hb); }
   /// The polynomial of the step at its fraction theta: y(theta) = y + Σ_j B_j L_j. Writes B, size
   /// s.
   void polynomial(T theta, std::span<T> B) const;
@@ -48,5 +53,12 @@ CollocationTable<T> hbvm_table(int k, int r);
 /// exactly. Source: Hairer, Lubich, Wanner 2006, II.2.2 and VI.4.2. 2 <= s <= 8.
 template <class T>
 CollocationTable<T> lobatto_table(int s);
+
+/// A Runge-Kutta method by its nodes c, its weights b, none of which is zero, and a, s × s row by
+/// row.
+/// @param degree  of the polynomial of a step: s of collocation, 1: a straight line
+template <class T>
+CollocationTable<T> runge_kutta_table(std::span<const phs::Quad> c, std::span<const phs::Quad> b,
+                                      std::span<const phs::Quad> a, int degree);
 
 }  // namespace porthos::integrators

@@ -78,13 +78,7 @@ RadauTable<T> make() {
 template <class T>
 std::array<T, s> RadauTable<T>::weights(T h) const {
   std::array<T, s> hb;
-  size_t largest = 0;
-  for (size_t j = 1; j < s; ++j)
-    if (b[j] > b[largest]) largest = j;
-  Quad rest = h;
-  for (size_t j = 0; j < s; ++j)
-    if (j != largest) rest -= Quad(hb[j] = h * b[j]);
-  hb[largest] = T(rest);
+  step_weights<T>(b, h, hb);
   return hb;
 }
 

@@ -16,7 +16,7 @@ struct RadauTable {
   /// The polynomial sum_j l_j(theta) F_j: row m has the coefficients of theta^m.
   std::array<std::array<T, s>, s> power;
 
-  /// h b_j, with the largest set so that their sum is h up to its own rounding.
+  /// step_weights() of b
   std::array<T, s> weights(T h) const;
   /// The integral of l_j over [1, theta], for j = 0 .. 7.
   std::array<T, s> beyond(T theta) const;

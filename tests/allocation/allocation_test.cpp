@@ -80,7 +80,7 @@ TEST(Allocation, NoneInAStepOfAnyMethod) {
 
 TEST(Allocation, NoneInTheDerivativeOfAStep) {
   const auto robot = test::ets_vii(8);
-  for (const char* method : {"gauss16", "stormer_verlet"})
+  for (const char* method : {"gauss16", "stormer_verlet", "rk4"})
     for (const auto side : {StepVariation::Side::tangent, StepVariation::Side::adjoint}) {
       StepPieces pieces(method, *robot.model, 0.05);
       const auto variation = make_step_variation(*robot.model, pieces, side);

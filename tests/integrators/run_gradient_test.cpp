@@ -319,7 +319,7 @@ TEST(RunGradient, RefusesWhatItDoesNotCover) {
       EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
     }
   };
-  refused("rk4", *p.model, "not for 'rk4'");
+  refused("spark8", *p.model, "not for 'spark8'");
   refused("nonsense", *p.model, "nonsense");
   phs::Network net("held");
   net.add("arm", p.model)

@@ -179,7 +179,7 @@ TEST(LyapunovSpectrum, RefusesWhatItCannotDo) {
       EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
     }
   };
-  refused("rk4", 10, {}, "not for 'rk4'");
+  refused("spark8", 10, {}, "not for 'spark8'");
   refused("gauss8", 1, {}, "steps is 1, expected steps >= 2");
   refused("gauss8", 10, {.count = 5}, "count is 5, expected 1 to 4");
   refused("gauss8", 10, {.settle = -1}, "settle is -1, expected settle >= 0");

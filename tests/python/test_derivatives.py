@@ -111,7 +111,7 @@ def test_no_cost_is_no_gradient():
 def test_what_it_does_not_cover_is_refused():
     model = pendulum()
     x = model.state([1.0], [0.0])
-    refused(lambda: ph.gradient(model, x, 0.1, 3, method="rk4"), "not for 'rk4'")
+    refused(lambda: ph.gradient(model, x, 0.1, 3, method="spark8"), "not for 'spark8'")
     refused(lambda: ph.gradient(model, np.zeros(3), 0.1, 3), "x has 3 numbers, expected 2")
     refused(lambda: ph.gradient(model, x, 0.1, 3, end=lambda t, x: 1.0), "end(t, x) returned", "expected (value, gradient)")
     refused(lambda: ph.gradient(model, x, 0.1, 3, end=lambda t, x: (1.0, [1.0])), "gradient")
@@ -169,7 +169,7 @@ def test_tangents_along_a_run():
     assert len(ph.lyapunov_spectrum(model, x, 0.1, 20, count=1).exponents) == 1
     assert re.fullmatch(r"LyapunovSpectrum\(\[\S+, \S+\] 1/s over \d+ s\)", repr(s))
     refused(lambda: ph.lyapunov_spectrum(model, x, 0.1, 20, count=3), "count is 3, expected 1 to 2")
-    refused(lambda: ph.monodromy(model, x, 0.1, 3, method="rk4"), "not for 'rk4'")
+    refused(lambda: ph.monodromy(model, x, 0.1, 3, method="spark8"), "not for 'spark8'")
     refused(lambda: ph.monodromy(model, np.zeros(3), 0.1, 3), "x has 3 numbers, expected 2")
 
 
