@@ -18,7 +18,7 @@ Replay::Replay(const std::string& method, const phs::Model& model, double h,
   if (!options.parameter_direction.empty())
     of_field_ = std::make_unique<FieldChange>(model, pieces_, options.parameter_direction);
   along_ = make_step_variation(model, pieces_, StepVariation::Side::tangent);
-  tangent_stages_.resize(pieces_.count() * size_t(pieces_.table().s) * n_);
+  of_piece_ = size_t(pieces_.table().s) * n_;
 }
 
 bool Replay::take(const phs::State& start, std::int64_t steps, size_t returns) {
@@ -38,7 +38,7 @@ bool Replay::take(const phs::State& start, std::int64_t steps, size_t returns) {
 /// Half of the memory holds the steps of a segment, half checkpoints. More levels where a run has
 /// more segments than checkpoints.
 void Replay::plan(std::int64_t steps, const Checkpoint& c) {
-  const size_t row = row_size(), half = options_.memory / 2 / sizeof(double),
+  const size_t row = row_size(pieces_of_a_step(c)), half = options_.memory / 2 / sizeof(double),
                words = 2 * n_ + c.state.turns.size() + c.memory.size() + 2 * c.tangent.x.size();
   segment_ = std::max<std::int64_t>(1, std::int64_t(half / row));
   const double checkpoints = double(half) / double(words + 16);
@@ -50,8 +50,17 @@ void Replay::plan(std::int64_t steps, const Checkpoint& c) {
   kept_.reserve(size_t(segment_) * row);
 }
 /// Numbers kept of a step: its pieces and its end, and the tangent there.
-size_t Replay::row_size() const {
-  return pieces_.numbers().size() + n_ + tangent_stages_.size() + tangent_.x.size();
+size_t Replay::row_size(size_t pieces) const {
+  return pieces * (pieces_.size() + of_piece_) + n_ + tangent_.x.size();
+}
+/// Of a method that chooses its own steps inside a step: those of the first.
+size_t Replay::pieces_of_a_step(const Checkpoint& first) {
+  if (pieces_.count() == 0 && whole_until_ > first_) {
+    restore(first);
+    (void)step_forwards();
+    restore(first);
+  }
+  return std::max<size_t>(1, pieces_.count());
 }
 
 /// Steps between two checkpoints of a level.
@@ -88,6 +97,7 @@ bool Replay::reverse(const Checkpoint& from, std::int64_t steps, int level) {
 bool Replay::forwards(const Checkpoint& from, std::int64_t steps, bool keep) {
   restore(from);
   kept_.clear();
+  rows_.clear();
   turns_.clear();
   return steps_forwards(steps, keep);
 }
@@ -119,7 +129,7 @@ Outcome Replay::step_forwards() {
   return o;
 }
 bool Replay::tangent_forwards() {
-  const size_t stages = tangent_stages_.size() / pieces_.count();
+  tangent_stages_.resize(pieces_.count() * of_piece_);
   for (size_t i = 0; i < pieces_.count(); ++i) {
     const StepPiece piece = pieces_[i];
     along_->at(piece, state_.turns);
@@ -127,13 +137,14 @@ bool Replay::tangent_forwards() {
     if (const Outcome o = along_->advance(tangent_, changes); o != Outcome::ok)
       return give_up(o,
                      "the tangent of the step at t = " + number(piece.t) + " s: " + to_string(o));
-    along_->stages(std::span(tangent_stages_).subspan(i * stages, stages));
+    along_->stages(std::span(tangent_stages_).subspan(i * of_piece_, of_piece_));
   }
   return true;
 }
 void Replay::keep_step() {
   if (turns_.empty() || turns_.back().turns != state_.turns)
-    turns_.push_back({kept_.size() / row_size(), state_.turns});
+    turns_.push_back({rows_.size(), state_.turns});
+  rows_.push_back(kept_.size());
   const auto keep = [&](std::span<const double> numbers) {
     kept_.insert(kept_.end(), numbers.begin(), numbers.end());
   };
@@ -145,13 +156,14 @@ void Replay::keep_step() {
 
 bool Replay::hand_back() {
   begin_once(state_);
-  const size_t row = row_size(), of_pieces = pieces_.numbers().size();
-  for (size_t i = kept_.size() / row; i-- > 0;) {
+  for (size_t i = rows_.size(), to = kept_.size(); i-- > 0; to = rows_[i]) {
     while (turns_.back().from > i) turns_.pop_back();
-    const std::span<const double> step(kept_.data() + i * row, row);
+    const auto step = std::span<const double>(kept_).subspan(rows_[i], to - rows_[i]);
+    const size_t pieces = (step.size() - row_size(0)) / (row_size(1) - row_size(0)),
+                 of_pieces = pieces * pieces_.size();
     const auto tangents = step.subspan(of_pieces + n_);
     if (!back({step.first(of_pieces), step.subspan(of_pieces, n_),
-               tangents.first(tangent_stages_.size()), tangents.subspan(tangent_stages_.size()),
+               tangents.first(pieces * of_piece_), tangents.subspan(pieces * of_piece_),
                turns_.back().turns}))
       return false;
   }

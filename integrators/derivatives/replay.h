@@ -56,7 +56,8 @@ class Replay {
   };
 
   void plan(std::int64_t steps, const Checkpoint& c);
-  size_t row_size() const;
+  size_t row_size(size_t pieces) const;
+  size_t pieces_of_a_step(const Checkpoint& first);
   std::int64_t part_of(int level) const;
   std::int64_t forward_steps(std::int64_t steps, int level) const;
   bool reverse(const Checkpoint& from, std::int64_t steps, int level);
@@ -76,13 +77,14 @@ class Replay {
   std::unique_ptr<FieldChange> of_field_;  ///< null without parameters in it
   TwoWords tangent_;
   std::vector<double> tangent_stages_;
-  size_t n_;
+  size_t n_, of_piece_ = 0;  ///< of_piece_: numbers of the tangent at a piece's stages
 
   std::int64_t segment_ = 0, fan_ = 0, done_ = 0, first_ = 0, whole_until_ = 0;
   double work_ = 1, length_ = 0;
   int levels_ = 0;
   phs::State state_;
   std::vector<double> kept_;  ///< rows of a segment
+  std::vector<size_t> rows_;  ///< where they begin
   std::vector<TurnsFrom> turns_;
   bool begun_ = false;
   Outcome outcome_ = Outcome::ok;

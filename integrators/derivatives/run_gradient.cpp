@@ -94,15 +94,14 @@ class Backwards final : public Replay {
   /// Takes a cost back over a step.
   bool back(Descent& d, const KeptStep& step) {
     if (!went_on()) return false;
-    size_t i = pieces().count() - 1;
+    const size_t count = step.pieces.size() / pieces().size(), stages = step.tangent.size() / count;
     if (d.objective.sampled) {
-      const StepPiece last = pieces().at(step.pieces, i);
+      const StepPiece last = pieces().at(step.pieces, count - 1);
       add_cost(d, d.objective.sampled, d.objective.sampled_curvature,
                {last.t + last.h, step.end, step.tangent_at_end, step.turns}, 1);
       add_to_lambda(d);
     }
-    const size_t stages = step.tangent.size() / pieces().count();
-    for (++i; i-- > 0;)
+    for (size_t i = count; i-- > 0;)
       if (!back_over(d, pieces().at(step.pieces, i), step.tangent.subspan(i * stages, stages),
                      step.turns))
         return false;

@@ -33,7 +33,8 @@ struct TakenStep {
 /// How a gradient is computed.
 struct GradientOptions {
   /// Bytes for the stages and checkpoints of a run. If all stages fit, the run is taken once; else
-  /// it is taken again in segments, from checkpoints at two levels or more.
+  /// it is taken again in segments, from checkpoints at two levels or more. Of radau15, whose steps
+  /// contain others, the first step tells what a step needs.
   size_t memory = size_t(64) << 20;
   /// δx_0, size nx: products with the Hessian too, tangent over adjoint. Empty: none.
   std::vector<double> direction = {};

@@ -21,12 +21,12 @@ StepPieces::StepPieces(const std::string& method, const phs::Model& model, doubl
   staged_ = dynamic_cast<const StagedSteps<double>*>(composed ? &composed->base() : method_.get());
   if (!staged_)
     refuse(
-        "gauss2 to gauss16, midpoint, lobatto4 ..., hbvm4 ..., stormer_verlet, rk4 and "
-        "compositions "
-        "(yoshida4, kahan_li8_sv ...)",
+        "gauss2 to gauss16, midpoint, lobatto4 ..., hbvm4 ..., stormer_verlet, rk4, radau15 and "
+        "compositions (yoshida4, kahan_li8_sv ...)",
         method);
   table_ = staged_->table();
   if (composed) {
+    watched_ = true;
     count_ = composed->count();
     composed->watch([this](size_t i, double t, double taken, const phs::State& after) {
       keep(i, t, taken, after);
@@ -44,12 +44,14 @@ Outcome StepPieces::step(phs::State& state, double h) {
   turns_.assign(state.turns.begin(), state.turns.end());
   const Outcome o = h == 0 ? method_->step(state) : method_->step_by(state, h);
   if (o != Outcome::ok) return o;
-  if (count_ == 1) keep(0, t, h == 0 ? method_->step_size() : h, state);
+  if (!watched_) keep(0, t, h == 0 ? method_->step_size() : h, state);
   if (turns_ != state.turns) turn_stages(state.turns);
   return o;
 }
 
 void StepPieces::keep(size_t i, double t, double h, const phs::State& after) {
+  count_ = i + 1;
+  if (numbers_.size() < count_ * size_) numbers_.resize(count_ * size_);
   const std::span<double> to = std::span(numbers_).subspan(i * size_, size_);
   to[0] = t;
   to[1] = h;

@@ -15,8 +15,9 @@ struct StepPiece {
   std::span<const double> multipliers = {};  ///< of quaternions in Störmer-Verlet steps
 };
 
-/// A method whose steps consist of pieces, with the stages of the last step: of a collocation
-/// method or Störmer-Verlet itself, or of a composition of them. It allocates nothing in a step.
+/// A method whose steps consist of pieces, with the stages of the last step: of a Runge-Kutta
+/// method or Störmer-Verlet itself, of a composition, or of the steps of its own that a method
+/// takes inside a step. It allocates nothing in a step, unless it has more pieces than any before.
 class StepPieces {
  public:
   /// The model must outlive it.
@@ -30,8 +31,10 @@ class StepPieces {
   const CollocationTable<double>& table() const { return table_; }
   /// Multipliers of a piece.
   size_t multipliers() const { return staged_->multipliers(); }
-  /// Pieces of a step.
+  /// Pieces of the last step; before it of any, or 0 if that is not known.
   size_t count() const { return count_; }
+  /// Numbers of a piece.
+  size_t size() const { return size_; }
 
   /// A step of the method, of another size h [s] if that is not zero. The turns of all stages are
   /// those of the state after it.
@@ -40,7 +43,7 @@ class StepPieces {
   StepPiece operator[](size_t i) const { return at(numbers_, i); }
 
   /// All pieces of the last step as numbers, to be kept.
-  std::span<const double> numbers() const { return numbers_; }
+  std::span<const double> numbers() const { return std::span(numbers_).first(count_ * size_); }
   /// Piece i of kept numbers.
   StepPiece at(std::span<const double> numbers, size_t i) const {
     const auto piece = numbers.subspan(i * size_, size_);
@@ -54,7 +57,8 @@ class StepPieces {
   std::unique_ptr<Integrator> method_;
   const StagedSteps<double>* staged_ = nullptr;  ///< the method, or the base of a composition
   CollocationTable<double> table_;
-  size_t n_, count_ = 1, stages_ = 0, size_ = 0;  ///< size_: numbers of a piece
+  bool watched_ = false;  ///< tells its pieces
+  size_t n_, count_ = 1, stages_ = 0, size_ = 0;
   std::vector<double> numbers_;
   std::vector<size_t> angles_;  ///< their places in the state
   std::vector<std::int64_t> turns_;

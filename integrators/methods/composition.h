@@ -11,7 +11,7 @@ struct Entry;
 /// The family of compositions in the catalogue.
 inline constexpr const char* compositions = "Compositions";
 
-/// A method whose step is a sequence of steps of another, its base.
+/// A method whose step is a sequence of steps of another, its base, or of steps of its own.
 template <class T>
 class ComposedSteps {
  public:
@@ -20,7 +20,7 @@ class ComposedSteps {
   using Watch = std::function<void(size_t i, T t, T h, const phs::BasicState<T>& after)>;
   virtual ~ComposedSteps() = default;
   virtual const BasicIntegrator<T>& base() const = 0;
-  virtual size_t count() const = 0;  ///< steps of the base in a step
+  virtual size_t count() const = 0;  ///< steps of the base in a step; 0: not always as many
   void watch(Watch w) { watch_ = std::move(w); }
 
  protected:

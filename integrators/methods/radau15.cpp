@@ -7,6 +7,8 @@
 #include "integrators/core/entry.h"
 #include "integrators/core/stage_field.h"
 #include "integrators/implicit/step_solver.h"
+#include "integrators/methods/composition.h"
+#include "integrators/methods/staged_steps.h"
 #include "integrators/tables/radau_table.h"
 
 namespace porthos::integrators {
@@ -17,7 +19,7 @@ using phs::Quad;
 /// Stage data are stored by component in chunks of V lanes, as in the Gauss methods. Stage 0 is the
 /// start of the step. Its row of a is 0, so it can be a lane like the others.
 template <class T>
-class Radau15 final : public BasicIntegrator<T> {
+class Radau15 final : public BasicIntegrator<T>, public StagedSteps<T>, public ComposedSteps<T> {
   using Base = BasicIntegrator<T>;
   using Base::cost_, Base::h_, Base::n_, Base::options_, Base::system_;
   using typename Base::State;
@@ -69,6 +71,7 @@ class Radau15 final : public BasicIntegrator<T> {
     if (jumps_at(options_.instants, phs::to_double(t))) t += hair(t, h);
     x_ = state.x;
     lo_ = state.lo;
+    size_t count = 0;
     for (std::int64_t taken = 0; taken < most_steps; ++taken) {
       const double left = std::fabs(double(whole - done));
       const double asked = adaptive_ && next_ > 0 ? next_ : size;
@@ -89,6 +92,7 @@ class Radau15 final : public BasicIntegrator<T> {
         next_ = step * std::max(factor, 0.1);
         continue;
       }
+      if (this->watch_) this->watch_(count++, t + T(done), T(dt), state);
       for (size_t k = 0; k < n_; ++k) add_increment(k);
       std::swap(F_, before_);
       have_before_ = true;
@@ -106,6 +110,15 @@ class Radau15 final : public BasicIntegrator<T> {
   }
 
   bool sees_inside() const override { return true; }
+
+  /// Its steps inside a step are steps of their own.
+  const Base& base() const override { return *this; }
+  size_t count() const override { return 0; }
+  CollocationTable<Real> table() const override { return radau_steps<Real>(); }
+  void stages(const State&, std::span<T> Y) const override {
+    for (int i = 0; i < s; ++i)
+      for (size_t k = 0; k < n_; ++k) Y[size_t(i) * n_ + k] = at(Y_, k, i);
+  }
 
   void carry(Archive& a) override {
     a(have_before_);

@@ -1,6 +1,5 @@
 #include "integrators/tables/radau_table.h"
 
-#include "integrators/tables/collocation_table.h"
 #include "phs/scalars/scalar.h"
 
 namespace porthos::integrators {
@@ -100,9 +99,17 @@ const RadauTable<T>& radau_table() {
   return table;
 }
 
+template <class T>
+CollocationTable<T> radau_steps() {
+  const auto& q = radau_table<Quad>();
+  return runge_kutta_table<T>(q.c, q.b, {q.a.front().data(), s * s}, s);
+}
+
 template struct RadauTable<double>;
 template struct RadauTable<Quad>;
 template const RadauTable<double>& radau_table<double>();
 template const RadauTable<Quad>& radau_table<Quad>();
+template CollocationTable<double> radau_steps<double>();
+template CollocationTable<Quad> radau_steps<Quad>();
 
 }  // namespace porthos::integrators

@@ -1,7 +1,7 @@
 #pragma once
 #include <array>
 
-#include "phs/scalars/quad.h"
+#include "integrators/tables/collocation_table.h"
 
 namespace porthos::integrators {
 
@@ -25,5 +25,8 @@ struct RadauTable {
 /// The single table, made at its first use. T = double or Quad.
 template <class T>
 const RadauTable<T>& radau_table();
+/// The same step in the form of the others.
+template <class T>
+CollocationTable<T> radau_steps();
 
 }  // namespace porthos::integrators

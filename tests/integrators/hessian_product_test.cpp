@@ -64,6 +64,7 @@ TEST(HessianProduct, IsSymmetric) {
   for (const auto& [p, method] : {std::pair{test::floating_arm(), "gauss16"},
                                   {test::double_pendulum(), "lobatto4"},
                                   {test::double_pendulum(), "rk4"},
+                                  {test::double_pendulum(), "radau15"},
                                   {test::double_pendulum(), "hbvm4"},
                                   {test::double_pendulum(), "yoshida4"},
                                   {test::double_pendulum(), "stormer_verlet"}}) {

@@ -54,8 +54,10 @@ double off_constant(const Problem& p, const std::string& method, int steps,
 
 /// Controls: a_ij divided by the weight of its row instead of its column, and equal weights.
 TEST(RungeKuttaAdjoint, IsTheTransposeOfTheTangent) {
-  for (const auto& [problem, method] :
-       {std::pair{test::double_pendulum(), "rk4"}, {test::floating_arm(), "rk4"}}) {
+  for (const auto& [problem, method] : {std::pair{test::double_pendulum(), "rk4"},
+                                        {test::floating_arm(), "rk4"},
+                                        {test::double_pendulum(), "radau15"},
+                                        {test::floating_arm(), "radau15"}}) {
     const int steps = 20;
     const double mine = off_constant(problem, method, steps);
     const double by_row = off_constant(problem, method, steps, [](CollocationTable<double>& t) {
@@ -79,7 +81,7 @@ TEST(RungeKuttaAdjoint, IsTheTransposeOfTheTangent) {
 /// By a mass, a spring, friction and a torque that depends on time. Differences in 113 bits with
 /// Richardson's extrapolation: their error
 /// is of the order of the step to the fourth, 1e-22.
-/// Control: by gauss16, the slope of the flow, which is off by the method's error.
+/// Control: another method, whose slope is off by the error of rk4.
 TEST(RungeKuttaAdjoint, ParametersAreThoseOf113Bits) {
   const int steps = 20;
   const auto problem = [](const Vec& z) {
@@ -103,9 +105,9 @@ TEST(RungeKuttaAdjoint, ParametersAreThoseOf113Bits) {
                         0.25 * (by("link0.inertia.xx") + by("link0.inertia.zz"));
     return Vec{mass, by("hard.factor"), by("dry.factor"), by("push.factor")};
   };
-  const Vec of_flow = slopes("gauss16");
-  for (const char* method : {"rk4"}) {
-    const Vec mine = slopes(method);
+  for (const auto& [name, other] : {std::pair{"rk4", "gauss16"}, {"radau15", "rk4"}}) {
+    const char* method = name;
+    const Vec mine = slopes(method), others = slopes(other);
     for (size_t a = 0; a < 4; ++a) {
       const auto once = [&](double by) {
         Vec up(4, 1.0), down(up);
@@ -117,14 +119,48 @@ TEST(RungeKuttaAdjoint, ParametersAreThoseOf113Bits) {
       };
       const double expected = double((4 * once(0x1p-19) - once(0x1p-18)) / 3);
       const double off = std::fabs(mine[a] / expected - 1),
-                   control = std::fabs(of_flow[a] / expected - 1);
+                   control = std::fabs(others[a] / expected - 1);
       const char* names[] = {"mass", "hard", "dry", "push"};
-      std::printf("  %-8s %-5s %.10g, off by %.1e (bound 1e-12); of the flow %.1e\n", method,
-                  names[a], mine[a], off, control);
+      std::printf("  %-8s %-5s %.10g, off by %.1e (bound 1e-12); of %s %.1e\n", method, names[a],
+                  mine[a], off, other, control);
       EXPECT_LT(off, 1e-12) << names[a];
       EXPECT_GT(control, 1e-9) << names[a];
     }
   }
+}
+
+/// Steps that contain several of radau15, not always as many, in memory and taken again. Control:
+/// half as long steps, whose ends count in the cost too.
+TEST(RungeKuttaAdjoint, TakesAsManyPiecesAsAStepHas) {
+  Problem p = test::double_pendulum();
+  p.start.x = {3.1, 0.1, 6, 1};  // turns over
+  p.h /= 4;
+  const int steps = 20;
+  StepPieces pieces("radau15", *p.model, p.h);
+  EXPECT_EQ(pieces.count(), 0U) << "not known before a step";
+  phs::State state = p.start;
+  std::vector<size_t> counts;
+  for (int i = 0; i < steps; ++i) {
+    EXPECT_EQ(pieces.step(state), Outcome::ok);
+    counts.push_back(pieces.count());
+    const StepPiece last = pieces[pieces.count() - 1];
+    EXPECT_NEAR(last.t + last.h, (i + 1) * p.h, 1e-15);
+  }
+  EXPECT_NE(state.turns, p.start.turns);
+  const auto [least, most] = std::ranges::minmax(counts);
+  const auto objective = end_and_steps::objective();
+  const auto r = gradient_of_run("radau15", *p.model, p.start, p.h, steps, objective);
+  const double off = end_and_steps::off(r, p, "radau15", steps, 0);
+  std::printf("  %zu to %zu pieces in a step: off by %.1e of the moduli, bound 1e-13\n", least,
+              most, off);
+  EXPECT_LT(least, most);
+  EXPECT_LT(off, 1e-13);
+  const auto again =
+      gradient_of_run("radau15", *p.model, p.start, p.h, steps, objective, {.memory = 20'000});
+  EXPECT_GT(again.steps_taken, r.steps_taken);
+  EXPECT_EQ(again.start, r.start);
+  const auto shorter = gradient_of_run("radau15", *p.model, p.start, p.h / 2, 2 * steps, objective);
+  EXPECT_GT(std::fabs(shorter.start[0] / r.start[0] - 1), 1e-3);
 }
 
 }  // namespace

@@ -33,7 +33,8 @@ TEST(StepPieces, HaveTheSlopesOf113Bits) {
                                          {test::floating_arm(), "stormer_verlet", 10},
                                          {test::floating_arm(), "yoshida4_sv", 3},
                                          {test::double_pendulum(), "rk4", 20},
-                                         {test::floating_arm(), "rk4", 10}}) {
+                                         {test::floating_arm(), "rk4", 10},
+                                         {test::floating_arm(), "radau15", 3}}) {
     const auto r = gradient_of_run(method, *p.model, p.start, p.h, steps, objective());
     const double mine = off(r, p, method, steps, 0);
     const auto other = gradient_of_run("midpoint", *p.model, p.start, p.h, steps, objective());
@@ -61,7 +62,8 @@ TEST(StepPieces, TheDurationHasTheSlopeOf113Bits) {
         {test::double_pendulum(), "stormer_verlet", 20, 0},
         {test::floating_arm(), "stormer_verlet", 10, 0},
         {test::floating_arm(), "yoshida4_sv", 3, 0.4},
-        {test::floating_arm(), "rk4", 10, 0.4}}) {
+        {test::floating_arm(), "rk4", 10, 0.4},
+        {test::floating_arm(), "radau15", 3, 0.4}}) {
     const auto r =
         gradient_of_run(method, *p.model, p.start, p.h, steps, objective(), {.last = last * p.h});
     const Quad by = Quad(1e-10);
@@ -145,7 +147,8 @@ TEST(StepPieces, ALastStepMayHaveAnotherSize) {
 TEST(StepPieces, RunningCostsHaveTheWeightsOfThePieces) {
   const Problem p = test::double_pendulum();
   const int steps = 20;
-  for (const auto& [name, error] : {std::pair{"kahan_li8", 1e-5}, {"rk4", 1e-2}}) {
+  for (const auto& [name, error] :
+       {std::pair{"kahan_li8", 1e-5}, {"rk4", 1e-2}, {"radau15", 1e-5}}) {
     const char* method = name;
     const Objective o{.end = {}, .sampled = {}, .running = weighted(1)};
     const auto of = [&](double by) {
@@ -174,7 +177,8 @@ TEST(StepPieces, TheMonodromyIsTheTransposeOfTheAdjoint) {
                                          {test::double_pendulum(), "lobatto6", 30},
                                          {test::floating_arm(), "stormer_verlet", 10},
                                          {test::floating_arm(), "hbvm4", 2},
-                                         {test::floating_arm(), "rk4", 10}}) {
+                                         {test::floating_arm(), "rk4", 10},
+                                         {test::floating_arm(), "radau15", 3}}) {
     const auto m = monodromy(method, *p.model, p.start, p.h, steps);
     ASSERT_EQ(m.outcome, Outcome::ok) << m.remark;
     const size_t n = p.start.x.size();
@@ -252,8 +256,8 @@ TEST(StepPieces, OtherMethodsAreRefused) {
       EXPECT_EQ(
           e.what(),
           std::string("derivatives of a run are there for gauss2 to gauss16, midpoint, "
-                      "lobatto4 ..., hbvm4 ..., stormer_verlet, rk4 and compositions (yoshida4, "
-                      "kahan_li8_sv ...), not for '") +
+                      "lobatto4 ..., hbvm4 ..., stormer_verlet, rk4, radau15 and compositions "
+                      "(yoshida4, kahan_li8_sv ...), not for '") +
               method + "'");
     }
 }
