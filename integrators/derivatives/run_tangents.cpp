@@ -16,8 +16,8 @@ RunTangents::RunTangents(const std::string& method, const phs::Model& model, phs
     require_size("start of a tangent", a.start.size(), n_);
     if (a.up && pieces_.multipliers() > 0)
       throw InvalidArgument("a direction of '" + method +
-                            "' contains parameters, which it has no "
-                            "derivative by with quaternions, expected Gauss collocation");
+                            "' contains parameters, which its tangents are not there for, expected "
+                            "Gauss collocation");
     tangents_.push_back({a.distance, system(a.up), system(a.down),
                          make_step_variation(model, pieces_, StepVariation::Side::tangent),
                          TwoWords(std::span<const double>(a.start))});

@@ -23,7 +23,7 @@ class RunTangents {
  public:
   /// The models must outlive it, and have the states of `model`.
   /// @throws InvalidArgument as StepPieces and phs::linearise(); for a direction of parameters of
-  ///   Störmer-Verlet with quaternions, whose multipliers depend on them
+  ///   Störmer-Verlet with quaternions, whose multipliers depend on them, and discrete gradients
   RunTangents(const std::string& method, const phs::Model& model, phs::State start, double h,
               std::vector<Along> directions);
 

@@ -143,8 +143,9 @@ std::unique_ptr<SecondAdjoint> make_second_adjoint(const phs::Model& model,
                                                    std::span<const double> parameters) {
   if (pieces.multipliers() > 0)
     throw InvalidArgument(
-        "a direction of second derivatives is not there for Stormer-Verlet with quaternions, "
-        "expected Gauss collocation");
+        "a direction of second derivatives is not there for '" +
+        pieces.method().declaration().name +
+        "' (discrete gradients, Stormer-Verlet with quaternions), expected Gauss collocation");
   return std::make_unique<CollocationSecond>(model, pieces, parameters);
 }
 

@@ -29,7 +29,8 @@ class SecondAdjoint {
 /// The model must outlive the result.
 /// @param parameters  δθ of the direction; empty: none. Then δℓ and D²f along it contain them too
 /// @throws InvalidArgument as phs::linearise_in_duals() and Linearised::along_parameters(); for
-///   Störmer-Verlet with quaternions; for another number of parameters than the system has
+///   Störmer-Verlet with quaternions and discrete gradients; for another number of parameters than
+///   the system has
 std::unique_ptr<SecondAdjoint> make_second_adjoint(const phs::Model& model,
                                                    const StepPieces& pieces,
                                                    std::span<const double> parameters = {});

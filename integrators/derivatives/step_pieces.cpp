@@ -21,8 +21,8 @@ StepPieces::StepPieces(const std::string& method, const phs::Model& model, doubl
   staged_ = dynamic_cast<const StagedSteps<double>*>(composed ? &composed->base() : method_.get());
   if (!staged_)
     refuse(
-        "gauss2 to gauss16, midpoint, lobatto4 ..., hbvm4 ..., stormer_verlet, rk4, radau15 and "
-        "compositions (yoshida4, kahan_li8_sv ...)",
+        "gauss2 to gauss16, midpoint, lobatto4 ..., hbvm4 ..., discrete gradients, "
+        "stormer_verlet, rk4, radau15 and compositions (yoshida4, kahan_li8_sv ...)",
         method);
   table_ = staged_->table();
   if (composed) {

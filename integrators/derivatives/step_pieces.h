@@ -12,7 +12,7 @@ namespace porthos::integrators {
 struct StepPiece {
   double t, h;
   std::span<const double> Y;                 ///< its stages, one after another, size s · nx
-  std::span<const double> multipliers = {};  ///< of quaternions in Störmer-Verlet steps
+  std::span<const double> multipliers = {};  ///< StagedSteps::multipliers()
 };
 
 /// A method whose steps consist of pieces, with the stages of the last step: of a Runge-Kutta
@@ -27,6 +27,8 @@ class StepPieces {
 
   Integrator& method() { return *method_; }
   const Integrator& method() const { return *method_; }
+  /// What describes a piece.
+  const StagedSteps<double>& staged() const { return *staged_; }
   /// That of a piece.
   const CollocationTable<double>& table() const { return table_; }
   /// Multipliers of a piece.

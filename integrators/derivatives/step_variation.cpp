@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "integrators/derivatives/discrete_gradient_variation.h"
 #include "integrators/derivatives/stormer_verlet_variation.h"
 #include "integrators/methods/collocation_stages.h"
 #include "phs/system/linearised.h"
@@ -231,8 +232,16 @@ std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model,
 std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model,
                                                    const StepPieces& pieces,
                                                    StepVariation::Side side) {
+  if (const auto* steps = dynamic_cast<const DiscreteGradientSteps*>(&pieces.staged()))
+    return make_discrete_gradient_variation(model, steps->rule(), side);
   return pieces.multipliers() > 0 ? make_stormer_verlet_variation(model, side)
                                   : make_step_variation(model, pieces.table(), side);
+}
+
+std::vector<std::string> parameters_of_run(const std::string& method, const phs::Model& model,
+                                           double h) {
+  const StepPieces pieces(method, model, h);
+  return make_step_variation(model, pieces, StepVariation::Side::adjoint)->parameters();
 }
 
 }  // namespace porthos::integrators

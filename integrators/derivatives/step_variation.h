@@ -31,7 +31,8 @@ struct TwoWords {
 /// Where the iteration does not contract, as in a stiff step, the linear equations are solved by
 /// LU, up to 2000 unknowns s · nx. Source: Sanz-Serna 2016, SIAM Rev. 58 (the adjoint of a
 /// symplectic table). Störmer-Verlet is the Lobatto IIIA-IIIB pair of two stages; with quaternions
-/// it has multipliers too (stormer_verlet_variation.h).
+/// it has multipliers too (stormer_verlet_variation.h). Discrete gradients have a derivative of
+/// their own (discrete_gradient_variation.h).
 ///
 /// One object per thread. advance() allocates nothing but for LU.
 class StepVariation {
@@ -48,10 +49,10 @@ class StepVariation {
   ///   parameters adds to f there, size s · nx; empty: none
   [[nodiscard]] virtual Outcome advance(TwoWords& v, std::span<const double> running = {}) = 0;
   /// After a tangent step: δx at the fraction theta of it, given δy' after it. Sizes nx.
-  /// @throws InvalidArgument for Störmer-Verlet with quaternions
+  /// @throws InvalidArgument for Störmer-Verlet with quaternions and discrete gradients
   virtual void interpolate(const TwoWords& after, double theta, std::span<double> v) const = 0;
   /// After advance(): δY_i, or ℓ_i. Size s · nx.
-  /// @throws InvalidArgument for Störmer-Verlet with quaternions
+  /// @throws InvalidArgument for Störmer-Verlet with quaternions and discrete gradients
   virtual void stages(std::span<double> to) const = 0;
   /// Drops what the last step predicts of the next, which is not its neighbour.
   virtual void forget() = 0;
@@ -60,7 +61,7 @@ class StepVariation {
   /// After an adjoint step, for a field that does not depend on the time: h ∂J/∂h of that step,
   /// Σ h b_i ℓ_iᵀ f(Y_i), without the running cost.
   virtual double by_size() const = 0;
-  /// Names of the parameters (phs::Linearised).
+  /// Names of the parameters (phs::Linearised), as far as the method has derivatives by them.
   virtual const std::vector<std::string>& parameters() const = 0;
   /// Sweeps of the iteration and steps so far.
   virtual const Cost& cost() const = 0;
@@ -72,8 +73,13 @@ std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model,
                                                    const CollocationTable<double>& table,
                                                    StepVariation::Side side);
 /// Of the pieces of a method.
+/// @throws InvalidArgument as phs::linearise()
 std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model,
                                                    const StepPieces& pieces,
                                                    StepVariation::Side side);
+/// The names of the parameters that a run of a method has derivatives by.
+/// @throws InvalidArgument as StepPieces and phs::linearise()
+std::vector<std::string> parameters_of_run(const std::string& method, const phs::Model& model,
+                                           double h);
 
 }  // namespace porthos::integrators

@@ -60,6 +60,34 @@ class DiscreteField {
     works.add_at(system_, t, h, middle_, gradient_);
   }
 
+  /// ∇̄H of the last evaluation, at δ, is linear in ∇H at its points: w · ∇̄H is the sum of
+  /// c · ∇H(z) over the calls take(z, c). Sizes nx.
+  template <class Take>
+  void each_part(std::span<const T> delta, std::span<const T> w, const Take& take) {
+    std::vector<T> c(n_);
+    const auto add = [&](T factor, std::span<const T> along) {
+      return [&, factor, along](std::span<const T> z, T weight) {
+        for (size_t k = 0; k < n_; ++k) c[k] = factor * weight * along[k];
+        take(z, std::span<const T>(c));
+      };
+    };
+    if (rule_ == Rule::mean_value)
+      return mean_.each_point(zero_, delta, panels_[0], add(T(1.0), w));
+    if (rule_ == Rule::gonzalez) {
+      const T along = dot(w, part_) * per_length2_;
+      mean_.each_point(zero_, delta, panels_[0], add(along, delta));
+      for (size_t k = 0; k < n_; ++k) middle_[k] = x_[k] + (lo_[k] + T(0.5) * delta[k]);
+      for (size_t k = 0; k < n_; ++k) c[k] = w[k] - along * delta[k];
+      return take(std::span<const T>(middle_), std::span<const T>(c));
+    }
+    std::vector<T> axis(n_, T(0.0));
+    each_slope(delta, rule_ == Rule::itoh_abe2, [&](size_t i, int& panels, T weight) {
+      axis[i] = w[i];
+      mean_.each_point(offset_, part_, panels, add(weight, axis));
+      axis[i] = T(0.0);
+    });
+  }
+
   /// Evaluations of ∇H or the field since the last call.
   int evaluations() { return std::exchange(evaluations_, 0) + mean_.evaluations(); }
 
@@ -91,7 +119,9 @@ class DiscreteField {
     // has a critical point on the invariants' level there). Its rounding u would be amplified to
     // u/ε, so the correction is faded out at ε = κ.
     const T length2 = dot(v, v), kappa2 = T(256 * unit_roundoff<T>) * dot(delta, delta);
+    per_length2_ = T(0.0);
     if (!(length2 > T(0.0))) return;
+    per_length2_ = T(1.0) / (length2 + kappa2 * (kappa2 / length2));
     const T factor = remainder / (length2 + kappa2 * (kappa2 / length2));
     for (size_t k = 0; k < n_; ++k) gradient_[k] += factor * v[k];
   }
@@ -141,20 +171,27 @@ class DiscreteField {
   /// Slopes for one coordinate after another from x0 to x1; both_ways: the mean over this order and
   /// its reverse.
   void coordinate_slopes(std::span<const T> delta, double scale, bool both_ways) {
-    std::fill(part_.begin(), part_.end(), T(0.0));
-    std::fill(offset_.begin(), offset_.end(), T(0.0));
-    const T weight(both_ways ? 0.5 : 1.0);
-    const auto slope = [&](size_t i, int& panels) {
-      part_[i] = delta[i];
+    std::fill(gradient_.begin(), gradient_.end(), T(0.0));
+    each_slope(delta, both_ways, [&](size_t i, int& panels, T weight) {
       mean_.along(offset_, part_, scale, panels);
-      part_[i] = T(0.0);
-      offset_[i] = delta[i];
-      return weight * (mean_.middle(i) + mean_.excess(i));
-    };
-    for (size_t i = 0; i < n_; ++i) gradient_[i] = slope(i, panels_[i]);
-    if (!both_ways) return;
-    std::fill(offset_.begin(), offset_.end(), T(0.0));
-    for (size_t i = n_; i-- > 0;) gradient_[i] += slope(i, panels_[n_ + i]);
+      gradient_[i] += weight * (mean_.middle(i) + mean_.excess(i));
+    });
+  }
+  /// Calls at(i, panels, weight) for the segments from x0 to x1, each along a coordinate i: from
+  /// x0 + offset_ by part_.
+  template <class At>
+  void each_slope(std::span<const T> delta, bool both_ways, const At& at) {
+    std::fill(part_.begin(), part_.end(), T(0.0));
+    for (size_t way = 0; way < (both_ways ? 2U : 1U); ++way) {
+      std::fill(offset_.begin(), offset_.end(), T(0.0));
+      for (size_t a = 0; a < n_; ++a) {
+        const size_t i = way == 0 ? a : n_ - 1 - a;
+        part_[i] = delta[i];
+        at(i, panels_[way * n_ + i], T(both_ways ? 0.5 : 1.0));
+        part_[i] = T(0.0);
+        offset_[i] = delta[i];
+      }
+    }
   }
 
   Rule rule_;
@@ -164,7 +201,7 @@ class DiscreteField {
   std::shared_ptr<const InvariantGradients> invariants_;
   std::vector<std::vector<T>> symmetries_;
   std::vector<T> x_, lo_;
-  T H0_ = T(0.0);
+  T H0_ = T(0.0), per_length2_ = T(0.0);  ///< the second: of the last correction
   std::vector<T> zero_, gradient_, middle_, part_, offset_;
   std::vector<int> panels_;  ///< of each segment, in this step
   int evaluations_ = 0;

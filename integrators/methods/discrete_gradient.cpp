@@ -6,6 +6,7 @@
 #include "integrators/core/entry.h"
 #include "integrators/implicit/step_solver.h"
 #include "integrators/methods/discrete_field.h"
+#include "integrators/methods/staged_steps.h"
 
 namespace porthos::integrators {
 namespace {
@@ -53,7 +54,9 @@ class MiddleField final : public DualField {
 
 /// The unknown is δ itself, so its precision does not depend on the size of x.
 template <class T>
-class DiscreteGradient final : public BasicIntegrator<T> {
+class DiscreteGradient final : public BasicIntegrator<T>,
+                               public StagedSteps<T>,
+                               public DiscreteGradientSteps {
   using Base = BasicIntegrator<T>;
   using Base::cost_, Base::n_, Base::system_, Base::port_work_;
   using typename Base::State;
@@ -61,6 +64,7 @@ class DiscreteGradient final : public BasicIntegrator<T> {
  public:
   DiscreteGradient(const Declaration& d, Rule rule, const phs::Model& model, T h, const Options& o)
       : Base(d, model, h, o),
+        rule_(rule),
         invariants_(rule == Rule::gonzalez ? std::make_shared<InvariantGradients>(model) : nullptr),
         field_(rule, model, *system_, o.lanes, invariants_),
         // gonzalez: the amplified rounding of its correction counts as noise too
@@ -102,6 +106,16 @@ class DiscreteGradient final : public BasicIntegrator<T> {
   }
   std::string remark() const override { return solver_.remark(); }
   bool integrates_power() const override { return true; }
+
+  Rule rule() const override { return rule_; }
+  CollocationTable<TableReal<T>> table() const override { return gauss_table<TableReal<T>>(1); }
+  void stages(const State& after, std::span<T> Y) const override {
+    for (size_t k = 0; k < n_; ++k) {
+      Y[k] = after.x[k] + (after.lo[k] - T(0.5) * delta_[k]);
+      Y[n_ + k] = delta_[k];
+    }
+  }
+  size_t multipliers() const override { return n_; }
 
  private:
   /// The equations that the solver works on.
@@ -179,6 +193,7 @@ class DiscreteGradient final : public BasicIntegrator<T> {
     for (size_t k = 0; k < n_; ++k) next_[k] += delta_[k];
   }
 
+  Rule rule_;
   std::shared_ptr<const InvariantGradients> invariants_;  ///< of gonzalez
   DiscreteField<T> field_;
   std::unique_ptr<MiddleField> middle_;  ///< for Newton; the solver refers to it

@@ -29,6 +29,14 @@ struct Entry;
 /// Trans. R. Soc. A 357:1021); Celledoni, Hoiseth 2017 (arXiv:1706.08621) for R and ports.
 enum class DiscreteGradientRule { gonzalez, mean_value, itoh_abe, itoh_abe2 };
 
+/// A method of these: its steps as x0 + δ/2 in the place of a stage, and δ in that of multipliers
+/// (methods/staged_steps.h).
+class DiscreteGradientSteps {
+ public:
+  virtual ~DiscreteGradientSteps() = default;
+  virtual DiscreteGradientRule rule() const = 0;
+};
+
 std::vector<Entry> discrete_gradient_entries();
 
 }  // namespace porthos::integrators

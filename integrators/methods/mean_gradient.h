@@ -59,6 +59,17 @@ class MeanGradient {
   }
   const T& middle(size_t k) const { return middle_[k]; }
   const T& excess(size_t k) const { return excess_[k]; }
+  /// The points z of the mean over a segment and their weights: calls take(z, weight).
+  template <class Take>
+  void each_point(std::span<const T> a, std::span<const T> d, int panels, const Take& take) const {
+    std::vector<T> z(n_);
+    for (int i = 0; i < panels * nodes; ++i) {
+      const size_t node = size_t(i % nodes);
+      const T tau((Real(i / nodes) + c_[node]) / Real(panels));
+      for (size_t k = 0; k < n_; ++k) z[k] = x_[k] + (lo_[k] + a[k] + tau * d[k]);
+      take(std::span<const T>(z), b_[node] / T(double(panels)));
+    }
+  }
   /// Evaluations since the last call.
   int evaluations() { return std::exchange(evaluations_, 0); }
 

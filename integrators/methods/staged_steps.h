@@ -17,7 +17,8 @@ class StagedSteps {
   /// Writes the stages of the last step, which ended in `after`, one after another: s · nx numbers,
   /// with the angles before their wrapping, and then the multipliers.
   virtual void stages(const phs::BasicState<T>& after, std::span<T> Y) const = 0;
-  /// Multipliers of a step: one for each quaternion, of the forces along it in the first stage.
+  /// Further numbers of a step: of Störmer-Verlet one for each quaternion, the multiplier of the
+  /// forces along it in the first stage.
   virtual size_t multipliers() const { return 0; }
 };
 

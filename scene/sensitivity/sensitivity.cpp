@@ -27,8 +27,11 @@ void check_request(const SensitivityRequest& request) {
         *request.uncertainty));
 }
 
+std::vector<std::string> parameters_of(const Scene& scene, const phs::Model& model) {
+  return integrators::parameters_of_run(scene.method, model, scene.step);
+}
 bool has_parameters(const Scene& scene) {
-  return !phs::linearise<double>(*assemble(scene).model)->parameters().empty();
+  return !parameters_of(scene, *assemble(scene).model).empty();
 }
 
 /// The elements, contacts and controllers of a scene each of which alone leaves a model without
@@ -56,7 +59,12 @@ std::vector<std::string> parameters_end_with(const Scene& scene) {
   return names;
 }
 
-std::string no_parameters_note(const Scene& scene) {
+std::string no_parameters_note(const Scene& scene, const phs::Model& model) {
+  if (!phs::linearise<double>(model)->parameters().empty())
+    return fmt::format(
+        "no slopes by parameters, only by start values: {} has them for systems without losses, "
+        "sources and time",
+        scene.method);
   constexpr size_t most = 3;
   auto with = parameters_end_with(scene);
   if (with.size() > most) {
@@ -112,7 +120,7 @@ EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& req
   const EndQuantities quantities(scene, a);
   for (const auto& name : request.of) quantities.require(name);
   const auto& names = request.of.empty() ? quantities.usual() : request.of;
-  const auto parameters = phs::linearise<double>(*a.model)->parameters();
+  const auto parameters = parameters_of(scene, *a.model);
   const Inputs inputs(a, parameters);
 
   EndSensitivity r;
@@ -139,7 +147,7 @@ EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& req
                                                         .stop = request.stop,
                                                         .progress = request.progress});
 
-  if (parameters.empty()) r.notes.push_back(no_parameters_note(scene));
+  if (parameters.empty()) r.notes.push_back(no_parameters_note(scene, *a.model));
   if (request.of.empty())
     for (const auto& note : quantities.left_out()) r.notes.push_back(note);
   for (size_t i = 0; i < names.size(); ++i) {
