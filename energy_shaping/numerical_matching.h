@@ -47,8 +47,8 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& options);
 ///   ω² = (K_rr + ρ K_rs)/(M_rr + ρ M_rs),
 /// so of another one the nearest are found. By a search over six decades. For set-up: some 100 ms
 /// @throws InvalidArgument for a plant that is not of two coordinates, numbers that are not above
-///   0, a rest as numerical_matching() refuses it, and a ratio with which no gains make the rest point
-///   attract
+///   0, a rest as numerical_matching() refuses it, and a ratio with which no gains make the rest
+///   point attract
 NumericalMatching numerical_matching_gains(const phs::Model& plant, NumericalMatching options,
                                            double bandwidth, double damping_ratio);
 

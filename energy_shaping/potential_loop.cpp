@@ -165,8 +165,8 @@ std::string help_of_saddle(const mechanics::Mechanism& m, const Parts& p,
       softest->joint, least < 0 ? "stands up" : "is the softest");
 }
 
-/// Whether what nothing drives, nor is to have a spring, hangs at the rest, where constant forces of
-/// the others leave it.
+/// Whether what nothing drives, nor is to have a spring, hangs at the rest, where constant forces
+/// of the others leave it.
 bool hangs(const mechanics::MechanicalModel& model, const Parts& p, const std::vector<double>& x,
            double tolerance) {
   std::vector<double> slope(x.size());

@@ -87,8 +87,8 @@ std::vector<double> SwingUpTrials::pumps() const {
   return all;
 }
 
-/// The largest of which few runs are lost, then that of the run and a lower one. A level costs up to
-/// a second, so it is found by halving: what a level loses a higher one loses too.
+/// The largest of which few runs are lost, then that of the run and a lower one. A level costs up
+/// to a second, so it is found by halving: what a level loses a higher one loses too.
 std::vector<double> SwingUpTrials::levels() const {
   const double own = basin_.level;
   const auto at = [&](int k) { return two_digits(own * std::pow(1.5, k)); };
