@@ -18,13 +18,12 @@ struct FilmOptions {
   /// What the camera follows: place, base, world. Empty: the world with a trail and where contacts
   /// touch the world, else the base's place.
   std::string ride;
-  bool orbit = false;   ///< the planet and the orbit in place of the mechanism
-  bool arrows = false;  ///< of momenta and forces
-  bool dark = false;    ///< the dark theme
-  bool trail =
-      false;         ///< whole paths of the last links' centres of mass
-  bool text = true;  ///< the time in a corner
-  const std::atomic<bool>* stop = nullptr;         ///< true: give up
+  bool orbit = false;                       ///< the planet and the orbit in place of the mechanism
+  bool arrows = false;                      ///< of momenta and forces
+  bool dark = false;                        ///< the dark theme
+  bool trail = false;                       ///< whole paths of the last links' centres of mass
+  bool text = true;                         ///< the time in a corner
+  const std::atomic<bool>* stop = nullptr;  ///< true: give up
   std::function<void(double done)> progress = {};  ///< the share of the film, 0 to 1
 };
 
