@@ -151,7 +151,7 @@ int Interconnection::tie() {
             at1[size_t(inv.at)] - at0[size_t(inv.at)];
   }
   std::string texts;
-  for (const auto& c : loop_->casimirs()) texts += (texts.empty() ? "" : "; ") + c;
+  for (const auto& c : loop_->casimirs()) texts += (texts.empty() ? "" : "; ") + c.text;
   certificate_.report("Casimirs", double(casimirs), texts.empty() ? "none" : texts);
   F_ = Matrix(int(nc), int(n));
   const auto solution = phs::pseudo_inverse(CcT);
