@@ -78,7 +78,7 @@ export function player(d) {
       ticks.replaceChildren(...events.filter((e) => e.t > stage.first && e.t < stage.last).map((e) => h("i", { style: `left:${(100 * (e.t - stage.first)) / span}%`, title: e.text })));
       const c = stage.clips[0], whole = stage.clips[0] === clips[0], often = Math.max(...stage.clips.map((x) => x.turn));
       warning.textContent = `${c.t.length > 1 ? `One frame every ${duration((c.t[c.t.length - 1] - c.t[0]) / (c.t.length - 1))}; positions are interpolated linearly, attitudes along the shortest arc.` : ""}`
-        + (often > 1.6 ? ` A body turns by up to ${Math.round((often * 180) / Math.PI)}° between two of them: fast rotation may appear slowed (aliasing).${several && whole ? " The beginning can be seen record by record." : " A smaller record_every shows it."}` : "");
+        + (often > 1.6 ? ` A body turns, to and fro, by up to ${Math.round((often * 180) / Math.PI)}° between two of them: a fast motion may appear slow or still (aliasing).${several && whole ? " The beginning can be seen record by record." : " A smaller record_every shows it."}` : "");
     }
     let told = 0;
     stage.onTime = (t) => {
