@@ -17,51 +17,59 @@ void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<co
 
   // Root → leaf: twists V, velocity-product accelerations a = V × S v, bias forces b = V ×* I V -
   // wrench.
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    const Node& n = nodes[i];
-    visit_joint(n.type, [&](auto J) {
-      using Joint = decltype(J);
+  passes::runs_down(m, [&](auto J, size_t i) {
+    using Joint = decltype(J);
+    Motion<T> V = passes::parents(nodes[i], w.V, passes::zero_motion<T>());
+    do {
+      const Node& n = nodes[i];
       passes::place_body<Joint>(n, w, i, q.data());
-      Motion<T> V = passes::zero_motion<T>(), a = V;
-      if (n.parent >= 0) V = passes::to_child<Joint>(n, w, i, w.V[size_t(n.parent)]);
+      Motion<T> a = passes::zero_motion<T>();
+      if (n.parent >= 0) V = passes::to_child<Joint>(n, w, i, V);
       passes::add_joint_twist<Joint>(n, v.data(), V);
       passes::add_velocity_product<Joint>(n, V, v.data(), a);
       w.V[i] = V;
       w.a[i] = a;
       w.b[i] = cross(V, passes::rigid<T>(n) * V);
       if (!loads.wrench.empty()) w.b[i] -= loads.wrench[i];
-    });
-  }
+    } while (passes::in_run(nodes, ++i));
+    return i;
+  });
 
   // Leaf → root: articulated inertia and bias, b ← b + A a + U D⁻¹ u with u = τ - Sᵀ(b + A_before
   // a).
   for (size_t j = 0; j < w.mu.size(); ++j) w.mu[j] = loads.tau.empty() ? T(0.0) : loads.tau[j];
-  for (size_t i = nodes.size(); i-- > 0;) {
-    const Node& n = nodes[i];
-    visit_joint(n.type, [&](auto J) {
-      using Joint = decltype(J);
-      ArticulatedInertia<T>& A = passes::collected(n, w, i);
-      Force<T> b = w.b[i];
+  passes::runs_up(m, [&](auto J, size_t i) {
+    using Joint = decltype(J);
+    ArticulatedInertia<T> A = passes::collected(nodes[i - 1], w, i - 1);
+    Force<T> b = w.b[i - 1];
+    do {
+      const Node& n = nodes[--i];
       passes::eliminate<Joint>(n, w, w.mu.data(), n.parent < 0, A, b);
-      if (n.parent < 0) return;
+      if (n.parent < 0) return i;
       if constexpr (Joint::nv < 6) b += passes::left_times<Joint>(n, A, w.a[i]);
       passes::pass_to_parent<Joint>(m, n, w, i, A);
-      w.b[size_t(n.parent)] += passes::to_parent<Joint>(n, w, i, b);
-    });
-  }
+      b = w.b[size_t(n.parent)] + passes::to_parent<Joint>(n, w, i, b);
+    } while (passes::in_run(nodes, i));
+    const size_t parent = size_t(nodes[i].parent);
+    w.A[parent] = A;
+    w.b[parent] = b;
+    return i;
+  });
 
   // Root → leaf: accelerations. Gravity enters as an upward acceleration of the world.
   const Vec3<T> g(m.gravity());
   const Motion<T> world{{T(0.0), T(0.0), T(0.0)}, -g};
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    const Node& n = nodes[i];
-    visit_joint(n.type, [&](auto J) {
-      using Joint = decltype(J);
-      w.a[i] += n.parent < 0 ? w.X[i].to_child(world)
-                             : passes::to_child<Joint>(n, w, i, w.a[size_t(n.parent)]);
-      passes::back_substitute<Joint>(n, w, w.a[i], vdot.data());
-    });
-  }
+  passes::runs_down(m, [&](auto J, size_t i) {
+    using Joint = decltype(J);
+    Motion<T> a = passes::parents(nodes[i], w.a, world);
+    do {
+      const Node& n = nodes[i];
+      a = w.a[i] + (n.parent < 0 ? w.X[i].to_child(a) : passes::to_child<Joint>(n, w, i, a));
+      passes::back_substitute<Joint>(n, w, a, vdot.data());
+      w.a[i] = a;
+    } while (passes::in_run(nodes, ++i));
+    return i;
+  });
 }
 
 }  // namespace porthos::mechanics

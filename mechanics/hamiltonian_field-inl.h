@@ -58,25 +58,31 @@ template <class J, class T>
 template <class T>
 void factor(const Mechanism& m, Workspace<T>& w, const T* q, const T* p, Load load) {
   const auto& nodes = m.nodes();
-  for (size_t i = nodes.size(); i-- > 0;) {
-    const Node& n = nodes[i];
-    visit_joint(n.type, [&](auto J) {
-      using Joint = decltype(J);
+  passes::runs_up(m, [&](auto J, size_t i) {
+    using Joint = decltype(J);
+    ArticulatedInertia<T> A = passes::collected(nodes[i - 1], w, i - 1);
+    Force<T> b = nodes[i - 1].leaf ? passes::zero_force<T>() : w.b[i - 1];
+    do {
+      const Node& n = nodes[--i];
       if (load != Load::wrench) passes::place_body<Joint>(n, w, i, q);
       if (load == Load::weight && n.leaf) w.g[i].n = Vec3<T>(passes::own_inertia(n, w, i).mc);
       Joint::momentum(q + n.q, p + n.q, w.mu.data() + n.v);
-      ArticulatedInertia<T>& A = passes::collected(n, w, i);
-      Force<T> b = n.leaf ? passes::zero_force<T>() : w.b[i];
       passes::eliminate<Joint>(n, w, w.mu.data(), n.parent < 0, A, b);
+      passes::keep_left<Joint>(n, A, w.A[i]);
       w.b[i] = b;
-      if (n.parent < 0) return;
+      if (n.parent < 0) return i;
+      const size_t parent = size_t(n.parent);
       passes::pass_to_parent<Joint>(m, n, w, i, A);
-      const Force<T> passed = passes::to_parent<Joint>(n, w, i, b);
-      w.b[size_t(n.parent)] = n.last_child ? passed : w.b[size_t(n.parent)] + passed;
+      b = passes::to_parent<Joint>(n, w, i, b);
+      if (!n.last_child) b += w.b[parent];
       if (load == Load::weight) pass_first_moment<Joint>(m, n, w, i);
-      if (load == Load::wrench) w.g[size_t(n.parent)] += passes::to_parent<Joint>(n, w, i, w.g[i]);
-    });
-  }
+      if (load == Load::wrench) w.g[parent] += passes::to_parent<Joint>(n, w, i, w.g[i]);
+    } while (passes::in_run(nodes, i));
+    const size_t parent = size_t(nodes[i].parent);
+    w.A[parent] = A;
+    w.b[parent] = b;
+    return i;
+  });
 }
 
 }  // namespace field_detail
@@ -103,14 +109,14 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
   // and u only; h is that of the bodies.
   field_detail::factor(m, w, q.data(), p.data(), load);
 
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    const Node& n = nodes[i];
-    visit_joint(n.type, [&](auto J) {
-      using Joint = decltype(J);
+  passes::runs_down(m, [&](auto J, size_t i) {
+    using Joint = decltype(J);
+    Motion<T> V = passes::parents(nodes[i], w.V, passes::zero_motion<T>());
+    do {
+      const Node& n = nodes[i];
       const bool root = n.parent < 0;
-      const Motion<T> carried =
-          root ? passes::zero_motion<T>() : passes::to_child<Joint>(n, w, i, w.V[size_t(n.parent)]);
-      Motion<T> V = carried;
+      const Motion<T> carried = root ? V : passes::to_child<Joint>(n, w, i, V);
+      V = carried;
       passes::back_substitute<Joint>(n, w, V, w.rate.data());
       w.V[i] = V;
 
@@ -138,8 +144,9 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
           p_dot[size_t(n.q + k)] = force[k] - Joint::template project<k>(n, gyroscopic);
         });
       }
-    });
-  }
+    } while (passes::in_run(nodes, ++i));
+    return i;
+  });
 }
 
 template <class T>
@@ -149,15 +156,17 @@ void rates_from_momenta(const Mechanism& m, Workspace<T>& w, std::span<const T> 
   assert(passes::fits(m, w, q) && passes::sized(p, q.size()));
   passes::sines(m, w, q.data());
   field_detail::factor(m, w, q.data(), p.data(), field_detail::Load::none);
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    const Node& n = nodes[i];
-    visit_joint(n.type, [&](auto J) {
-      using Joint = decltype(J);
-      w.V[i] = n.parent < 0 ? passes::zero_motion<T>()
-                            : passes::to_child<Joint>(n, w, i, w.V[size_t(n.parent)]);
-      passes::back_substitute<Joint>(n, w, w.V[i], w.rate.data());
-    });
-  }
+  passes::runs_down(m, [&](auto J, size_t i) {
+    using Joint = decltype(J);
+    Motion<T> V = passes::parents(nodes[i], w.V, passes::zero_motion<T>());
+    do {
+      const Node& n = nodes[i];
+      if (n.parent >= 0) V = passes::to_child<Joint>(n, w, i, V);
+      passes::back_substitute<Joint>(n, w, V, w.rate.data());
+      w.V[i] = V;
+    } while (passes::in_run(nodes, ++i));
+    return i;
+  });
 }
 
 }  // namespace porthos::mechanics

@@ -131,6 +131,19 @@ struct ArticulatedInertia {
     H.z.y = fma(W.f.z, U.n.y, H.z.y);
     M.add_product(W.f, U.f);
   }
+  /// this = b but for the row and column of rotation about z, which stay as they are.
+  PORTHOS_INLINE void assign_free_about_z(const ArticulatedInertia& b) {
+    I.xx = b.I.xx;
+    I.xy = b.I.xy;
+    I.yy = b.I.yy;
+    H.x.x = b.H.x.x;
+    H.y.x = b.H.y.x;
+    H.z.x = b.H.z.x;
+    H.x.y = b.H.x.y;
+    H.y.y = b.H.y.y;
+    H.z.y = b.H.z.y;
+    M = b.M;
+  }
   /// The same for callers that use only rows and columns below k afterwards.
   template <int k>
   PORTHOS_INLINE void subtract_below(const Force<T>& K, const Force<T>& U) {

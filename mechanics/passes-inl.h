@@ -22,10 +22,62 @@ bool fits(const Mechanism& m, const Workspace<T>& w, std::span<const T> q) {
   return sized(q, size_t(m.nq())) && sized(w.X, m.nodes().size());
 }
 
+/// Joint J of bodies without rotors, which the compiler then knows.
+template <class J>
+struct WithoutRotor : J {
+  static constexpr bool may_have_rotor = false;
+};
+template <class J>
+bool has_rotor(const Node& n) {
+  if constexpr (J::nv != 1 || requires { J::may_have_rotor; })
+    return false;
+  else
+    return n.rotor_inertia != 0;
+}
+
 /// Whether the elimination of the joint zeroes the row and column of rotation about z.
 template <class J>
 bool freed_about_z(const Node& n) {
-  return J::frees_rotation_about_z && n.rotor_inertia == 0;
+  return J::frees_rotation_about_z && !has_rotor<J>(n);
+}
+
+/// Whether body i goes on with the run of body i - 1, which carries it: bodies of one joint type,
+/// all with rotors or all without. What they pass on stays in registers; bodies are in depth-first
+/// order, so the workspace takes only what runs pass to each other.
+inline bool in_run(const std::vector<Node>& nodes, size_t i) {
+  if (i == nodes.size()) return false;
+  const Node& n = nodes[i];
+  if (n.parent < 0 || size_t(n.parent) + 1 != i) return false;
+  const Node& before = nodes[i - 1];
+  return n.type == before.type && (n.rotor_inertia == 0) == (before.rotor_inertia == 0);
+}
+/// f(J, i) in a function of its own, so that a run has all registers to itself.
+template <class J, class F>
+[[gnu::noinline]] size_t take_run(F& f, size_t i) {
+  return f(J{}, i);
+}
+/// The same for the joint of body n.
+template <class F>
+[[gnu::always_inline]] inline size_t take_run(const Node& n, F& f, size_t i) {
+  visit_joint(n.type, [&](auto J) {
+    using Joint = decltype(J);
+    if constexpr (Joint::frees_rotation_about_z)
+      if (n.rotor_inertia == 0) return void(i = take_run<WithoutRotor<Joint>>(f, i));
+    i = take_run<Joint>(f, i);
+  });
+  return i;
+}
+/// Root → leaf: f(J, i) takes the run that begins with body i and returns the body after its last.
+template <class F>
+void runs_down(const Mechanism& m, F&& f) {
+  const auto& nodes = m.nodes();
+  for (size_t i = 0; i < nodes.size();) i = take_run(nodes[i], f, i);
+}
+/// Leaf → root: f(J, i) takes the run that ends before body i and returns its first.
+template <class F>
+void runs_up(const Mechanism& m, F&& f) {
+  const auto& nodes = m.nodes();
+  for (size_t i = nodes.size(); i > 0;) i = take_run(nodes[i - 1], f, i);
 }
 
 template <class T>
@@ -68,12 +120,12 @@ T subtree_mass(const Node& n, [[maybe_unused]] const Workspace<T>& w, [[maybe_un
     return phs::is_wide<T> ? T(n.subtree_mass) + T(n.subtree_mass_low) : T(n.subtree_mass);
 }
 
-/// Leaf → root: the articulated inertia of body i before its joint is eliminated, its own plus the
-/// contributions of its children.
+/// The articulated inertia of the last body of a run before its joint is eliminated, its own plus
+/// the contributions of its children.
 template <class T>
-[[gnu::always_inline]] inline ArticulatedInertia<T>& collected(const Node& n, Workspace<T>& w,
-                                                               size_t i) {
-  if (n.leaf) w.A[i] = ArticulatedInertia<T>(own_inertia(n, w, i));
+[[gnu::always_inline]] inline ArticulatedInertia<T> collected(const Node& n, const Workspace<T>& w,
+                                                              size_t i) {
+  if (n.leaf) return ArticulatedInertia<T>(own_inertia(n, w, i));
   return w.A[i];
 }
 
@@ -105,13 +157,13 @@ template <class J, class T>
         U[r] = T(0.0);  // already eliminated; A does not update those rows
     T D = J::template project<k>(n, U);
     if constexpr (J::nv == 1)
-      if (n.rotor_inertia != 0) D = D + rotor_inertia(n, w);
+      if (has_rotor<J>(n)) D = D + rotor_inertia(n, w);
     const T D_inverse = T(1.0) / D;
     const T u = f[j] - J::template project<k>(n, b);
-    Force<T>& K = w.K[j];
-    K = D_inverse * U;
+    Force<T> K = D_inverse * U;
     if constexpr (requires { J::axis; })
-      if (n.rotor_inertia == 0) K[J::axis[size_t(k)]] = T(1.0);
+      if (!has_rotor<J>(n)) K[J::axis[size_t(k)]] = T(1.0);
+    w.K[j] = K;
     w.D_inverse[j] = D_inverse;
     w.u[j] = u;
     b = fma(u, K, b);
@@ -149,23 +201,22 @@ template <class J, class T>
   return free ? to_parent_free_about_z(w.X[i], A) : mechanics::to_parent(w.X[i], A);
 }
 
-/// Adds the remaining A_i to the parent. The first child to do so also adds the parent's own
-/// inertia.
+/// A: of body i, as `eliminate` left it, becomes that of its parent: with the parent's own, which
+/// the first child adds, and with what the other children have passed.
 template <class J, class T>
 [[gnu::always_inline]] inline void pass_to_parent(const Mechanism& m, const Node& n,
-                                                  Workspace<T>& w, size_t i,
-                                                  const ArticulatedInertia<T>& A) {
+                                                  const Workspace<T>& w, size_t i,
+                                                  ArticulatedInertia<T>& A) {
   const size_t parent = size_t(n.parent);
   decltype(auto) own = own_inertia(m.nodes()[parent], w, parent);
   if constexpr (J::nv == 6) {  // the remaining A is zero
-    if (n.last_child) w.A[parent] = ArticulatedInertia<T>(own);
+    A = n.last_child ? ArticulatedInertia<T>(own) : w.A[parent];
   } else {
-    ArticulatedInertia<T> B = left_in_parent<J>(n, w, i, A);
+    A = left_in_parent<J>(n, w, i, A);
     if (n.last_child)
-      B += own;
+      A += own;
     else
-      B += w.A[parent];
-    w.A[parent] = B;
+      A += w.A[parent];
   }
 }
 
@@ -181,6 +232,15 @@ template <class J, class T>
   });
 }
 
+/// Keeps for the way down what `eliminate` left of A.
+template <class J, class T>
+[[gnu::always_inline]] inline void keep_left(const Node& n, const ArticulatedInertia<T>& A,
+                                             ArticulatedInertia<T>& to) {
+  if (freed_about_z<J>(n))
+    to.assign_free_about_z(A);
+  else
+    to = A;
+}
 /// A v with the A that `eliminate` left.
 template <class J, class T>
 [[gnu::always_inline]] inline Force<T> left_times(const Node& n, const ArticulatedInertia<T>& A,
@@ -215,6 +275,11 @@ template <class J, class T>
 template <class T>
 Motion<T> zero_motion() {
   return {{T(0.0), T(0.0), T(0.0)}, {T(0.0), T(0.0), T(0.0)}};
+}
+/// What the parent of body i holds in `of`, `world` of a root.
+template <class T>
+Motion<T> parents(const Node& n, const std::vector<Motion<T>>& of, const Motion<T>& world) {
+  return n.parent < 0 ? world : of[size_t(n.parent)];
 }
 template <class T>
 Force<T> zero_force() {

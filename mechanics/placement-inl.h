@@ -136,7 +136,7 @@ template <int axis, class T, class A>
 /// Whether the screw about z shifts. J: void if the joint is not known.
 template <class J>
 [[gnu::always_inline]] inline bool slides(const Node& n) {
-  if constexpr (std::is_same_v<J, Revolute>)
+  if constexpr (std::is_base_of_v<Revolute, J>)
     return n.zero.d != 0;
   else
     return true;

@@ -16,16 +16,16 @@ void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<c
   const Motion<T> world{{T(0.0), T(0.0), T(0.0)}, -Vec3<T>(m.gravity())};
 
   // Root → leaf: twists V, accelerations a, net forces b.
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    const Node& n = nodes[i];
-    visit_joint(n.type, [&](auto J) {
-      using Joint = decltype(J);
+  passes::runs_down(m, [&](auto J, size_t i) {
+    using Joint = decltype(J);
+    Motion<T> V = passes::parents(nodes[i], w.V, passes::zero_motion<T>());
+    Motion<T> a = passes::parents(nodes[i], w.a, world);
+    do {
+      const Node& n = nodes[i];
       const bool root = n.parent < 0;
       passes::place_body<Joint>(n, w, i, q.data());
-      Motion<T> V =
-          root ? passes::zero_motion<T>() : passes::to_child<Joint>(n, w, i, w.V[size_t(n.parent)]);
-      Motion<T> a =
-          root ? w.X[i].to_child(world) : passes::to_child<Joint>(n, w, i, w.a[size_t(n.parent)]);
+      if (!root) V = passes::to_child<Joint>(n, w, i, V);
+      a = root ? w.X[i].to_child(a) : passes::to_child<Joint>(n, w, i, a);
       if (!v.empty()) {
         passes::add_joint_twist<Joint>(n, v.data(), V);
         passes::add_velocity_product<Joint>(n, V, v.data(), a);
@@ -36,20 +36,25 @@ void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<c
       w.a[i] = a;
       w.b[i] = I * a + cross(V, I * V);
       if (!wrench.empty()) w.b[i] -= wrench[i];
-    });
-  }
+    } while (passes::in_run(nodes, ++i));
+    return i;
+  });
   // Leaf → root: joint forces τ = Sᵀ f.
-  for (size_t i = nodes.size(); i-- > 0;) {
-    const Node& n = nodes[i];
-    visit_joint(n.type, [&](auto J) {
-      unroll<decltype(J)::nv>(
-          [&](auto k) { tau[size_t(n.v + k)] = decltype(J)::template project<k>(n, w.b[i]); });
-      if constexpr (decltype(J)::nv == 1)
-        if (n.rotor_inertia != 0 && !vdot.empty())
+  passes::runs_up(m, [&](auto J, size_t i) {
+    using Joint = decltype(J);
+    Force<T> b = w.b[i - 1];
+    do {
+      const Node& n = nodes[--i];
+      unroll<Joint::nv>([&](auto k) { tau[size_t(n.v + k)] = Joint::template project<k>(n, b); });
+      if constexpr (Joint::nv == 1)
+        if (passes::has_rotor<Joint>(n) && !vdot.empty())
           tau[size_t(n.v)] = tau[size_t(n.v)] + T(n.rotor_inertia) * vdot[size_t(n.v)];
-      if (n.parent >= 0) w.b[size_t(n.parent)] += passes::to_parent<decltype(J)>(n, w, i, w.b[i]);
-    });
-  }
+      if (n.parent < 0) return i;
+      b = w.b[size_t(n.parent)] + passes::to_parent<Joint>(n, w, i, b);
+      w.b[size_t(n.parent)] = b;
+    } while (passes::in_run(nodes, i));
+    return i;
+  });
 }
 
 }  // namespace porthos::mechanics
