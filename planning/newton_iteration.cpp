@@ -12,8 +12,8 @@ constexpr double shortest_step = 1e-8;
 }  // namespace
 
 NewtonIteration::NewtonIteration(const Problem& problem, const Trajectory& guess,
-                                 const PlannerOptions& options)
-    : p_(problem), o_(options), shooting_(problem) {
+                                 const PlannerOptions& options, bool careful)
+    : p_(problem), o_(options), careful_(careful), shooting_(problem) {
   const long n = shooting_.unknowns(), nx = shooting_.nx();
   at_.v.resize(n);
   std::copy(guess.x.begin(), guess.x.end(), at_.v.data());
@@ -107,9 +107,28 @@ void NewtonIteration::set_up(bool exact) {
   }
 }
 
+/// More on the whole diagonal, states' too, until the programme is convex: shorter steps that know
+/// the curvature of f. @param scale  of the second derivatives by inputs
+bool NewtonIteration::weigh_all(double scale) {
+  regularisation_ = 0;
+  double now = 0;
+  const double first = last_weight_ > 0 ? std::max(last_weight_ / 3, 1e-8 * scale) : 1e-2 * scale,
+               factor = last_weight_ > 0 ? 8 : 30;
+  for (double next = first; next < 1e8 * scale; next *= factor) {
+    for (auto& s : shooting_.qp.stages) s.H.diagonal().array() += next - now;
+    shooting_.qp.last_H.diagonal().array() += next - now;
+    now = next;
+    if (!try_sweep()) continue;
+    last_weight_ = regularisation_ = now;
+    return true;
+  }
+  return false;
+}
+
 /// The programme with all second derivatives if it is convex, if need be with a little on the
 /// diagonal: an optimum may belong to a family. Else without the second derivatives of f; but near
-/// a stationary point that is no minimum such steps creep, and a larger diagonal leads away.
+/// a stationary point that is no minimum such steps creep, and a larger diagonal leads away. If
+/// careful, with more on the whole diagonal instead.
 bool NewtonIteration::step(Move& move, bool exact) {
   set_up(exact);
   const auto& last = shooting_.qp.stages.back().H;
@@ -128,6 +147,7 @@ bool NewtonIteration::step(Move& move, bool exact) {
     regularisation_ = little * scale;
     ok = try_sweep();
   }
+  if (!ok && exact && careful_) ok = weigh_all(scale);
   if (!ok && exact) {
     set_up(false);
     regularisation_ = 0;

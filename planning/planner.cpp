@@ -187,16 +187,25 @@ Plan solve(const Problem& problem, const Trajectory& guess, const PlannerOptions
   const auto ended = [](const Plan& p) {
     return p.status == Plan::Status::optimal || p.status == Plan::Status::stopped;
   };
-  if (l.path.empty() || ended(plan)) return plan;
-  // From the optimum without the limits on the way.
-  Problem without = problem;
-  without.limits.path.clear();
-  const Plan first = detail::NewtonIteration(without, guess, options).run();
-  if (first.status != Plan::Status::optimal) return plan;
-  Plan again = detail::NewtonIteration(problem, first.motion, options).run();
-  if (!ended(again)) return plan;
-  again.iterations += plan.iterations + first.iterations;
-  return again;
+  if (ended(plan) || options.any_extremal) return plan;
+  int spent = plan.iterations;
+  const auto better = [&](Plan again) {
+    again.iterations += spent;
+    return again;
+  };
+  if (!l.path.empty()) {  // from the optimum without the limits on the way
+    Problem without = problem;
+    without.limits.path.clear();
+    const Plan first = detail::NewtonIteration(without, guess, options).run();
+    spent += first.iterations;
+    if (first.status == Plan::Status::optimal) {
+      const Plan again = detail::NewtonIteration(problem, first.motion, options).run();
+      if (ended(again)) return better(again);
+      spent += again.iterations;
+    }
+  }
+  const Plan careful = detail::NewtonIteration(problem, guess, options, true).run();
+  return ended(careful) ? better(careful) : plan;
 }
 
 }  // namespace porthos::planning

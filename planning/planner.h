@@ -9,7 +9,7 @@ namespace porthos::planning {
 
 /// How the solver works.
 struct PlannerOptions {
-  int iterations = 200;     ///< at most
+  int iterations = 200;     ///< at most, of each attempt
   double tolerance = 1e-9;  ///< of the residual, see Plan::residual
   /// false: without the second derivatives of f. A step costs less, and there are more of them.
   bool exact_hessian = true;
@@ -57,7 +57,8 @@ const char* to_string(Plan::Status status);
 /// quadratic programming over multiple shooting). Each step is one Riccati sweep. Limits are kept
 /// by a primal-dual interior point; a filter decides about steps (Wächter, Biegler 2006, Math.
 /// Program. 106). Without limits the last steps converge quadratically. Where it makes no progress
-/// it begins again at the optimum without Limits::path.
+/// it begins again at the optimum without Limits::path, and
+/// then at the guess with shorter steps that keep the second derivatives of f.
 /// @param guess  states and inputs to begin with; they need not fit together, but its x_0 is the
 ///   start
 /// @throws InvalidArgument as Problem::check(); for limits with any_extremal; for a guess of the

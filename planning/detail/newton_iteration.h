@@ -7,7 +7,10 @@ namespace porthos::planning::detail {
 /// Newton's iteration on the optimality conditions of a problem; see planning::solve().
 class NewtonIteration {
  public:
-  NewtonIteration(const Problem& problem, const Trajectory& guess, const PlannerOptions& options);
+  /// @param careful  where the programme is not convex: second derivatives of f are kept, and steps
+  ///   are shorter; slower near an optimum, and safer far from one
+  NewtonIteration(const Problem& problem, const Trajectory& guess, const PlannerOptions& options,
+                  bool careful = false);
   Plan run();
   /// What another solver found: all but how it was found.
   /// @param lambda  of the steps, λ_1 to λ_N
@@ -49,6 +52,7 @@ class NewtonIteration {
   bool step(Move& move, bool exact);
   void set_up(bool exact);
   bool try_sweep();
+  bool weigh_all(double scale);
   void read_move(Move& move) const;
   double rho_unit() const;
   double room(const Vector& c, const Vector& dc) const;
@@ -65,6 +69,7 @@ class NewtonIteration {
 
   const Problem& p_;
   const PlannerOptions& o_;
+  const bool careful_;
   Shooting shooting_;
   RiccatiQp sweep_;
   Point at_;
@@ -72,7 +77,7 @@ class NewtonIteration {
   std::vector<long> limited_;  ///< the numbers with limits, unknowns first
   Vector gradient_;            ///< by the unknowns of the Lagrangian
   double barrier_ = 0, last_step_ = 0;
-  double regularisation_ = 0, last_regularisation_ = 0, rho_ = 0;
+  double regularisation_ = 0, last_regularisation_ = 0, last_weight_ = 0, rho_ = 0;
   std::vector<std::pair<double, double>> filter_;  ///< infeasibility and barrier function
   double most_infeasible_ = 0;
   bool nearly_stationary_ = false;

@@ -152,5 +152,23 @@ TEST(Acrobot, SwingsUp) {
   EXPECT_NEAR(plan.cost, 22.44030018, 1e-8);
 }
 
+/// Straight lines with sines of torque, of which the motion knows nothing: where the first way of
+/// the iteration stops, as it does from each of these, the careful one finds optima of some.
+TEST(Acrobot, SwingsUpFromAfar) {
+  Problem p = test::acrobot_swing_up();
+  p.stages = 2;
+  int found = 0;
+  for (const auto& [size, periods] : {std::pair(0.0, 1), {2.0, 2}, {2.0, 4}, {5.0, 2}, {5.0, 4}}) {
+    Trajectory guess = straight(p, {M_PI, 0, 0, 0});
+    for (size_t i = 0; i < guess.u.size(); ++i)
+      guess.u[i] = size * std::sin(2 * M_PI * periods * double(i) / double(guess.u.size()));
+    const Plan plan = solve(p, guess);
+    std::printf("  %g N m, %d periods: %s after %d iterations, J = %.6f\n", size, periods,
+                to_string(plan.status), plan.iterations, plan.cost);
+    found += plan.status == Plan::Status::optimal;
+  }
+  EXPECT_GE(found, 2) << "of five";
+}
+
 }  // namespace
 }  // namespace porthos::planning::swing_and_turn_test
