@@ -101,12 +101,13 @@ class Questions final : public Ipopt::TNLP {
     const std::vector<double> none(accepted_.size(), 0.0),
         none_of_rows(programme_.rows().lower.size(), 0.0);
     end(accepted_, none_of_rows, none, none);
-    return true;
+    return !plan.motion.x.empty();
   }
 
  private:
   using In = std::span<const double>;
   void end(In z, In multipliers, In lower, In upper) {
+    if (!programme_.go_to(z)) return;  // IPOPT forgets its memory where an exception passes through
     plan = programme_.plan(z, multipliers, lower, upper);
     plan.iterations = iterations_;
     plan.evaluations = evaluations_;
