@@ -14,7 +14,7 @@ RunTangents::RunTangents(const std::string& method, const phs::Model& model, phs
   const auto system = [](const phs::Model* m) { return m ? m->instantiate<double>() : nullptr; };
   for (const Along& a : directions) {
     require_size("start of a tangent", a.start.size(), n_);
-    if (a.up && pieces_.multipliers() > 0)
+    if (a.up && !pieces_.by_table())
       throw InvalidArgument("a direction of '" + method +
                             "' contains parameters, which its tangents are not there for, expected "
                             "Gauss collocation");

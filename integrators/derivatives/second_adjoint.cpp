@@ -141,11 +141,12 @@ class CollocationSecond final : public SecondAdjoint, FieldsInDuals {
 std::unique_ptr<SecondAdjoint> make_second_adjoint(const phs::Model& model,
                                                    const StepPieces& pieces,
                                                    std::span<const double> parameters) {
-  if (pieces.multipliers() > 0)
+  if (!pieces.by_table())
     throw InvalidArgument(
         "a direction of second derivatives is not there for '" +
         pieces.method().declaration().name +
-        "' (discrete gradients, Stormer-Verlet with quaternions), expected Gauss collocation");
+        "' (discrete gradients, splittings, Stormer-Verlet with quaternions), expected Gauss "
+        "collocation");
   return std::make_unique<CollocationSecond>(model, pieces, parameters);
 }
 

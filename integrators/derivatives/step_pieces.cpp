@@ -21,8 +21,8 @@ StepPieces::StepPieces(const std::string& method, const phs::Model& model, doubl
   staged_ = dynamic_cast<const StagedSteps<double>*>(composed ? &composed->base() : method_.get());
   if (!staged_)
     refuse(
-        "gauss2 to gauss16, midpoint, lobatto4 ..., hbvm4 ..., discrete gradients, "
-        "stormer_verlet, rk4, radau15 and compositions (yoshida4, kahan_li8_sv ...)",
+        "Gauss collocation, Lobatto pairs, HBVM, discrete gradients, splittings, stormer_verlet, "
+        "rk4, radau15, semi_implicit_euler and compositions (yoshida4 ...)",
         method);
   table_ = staged_->table();
   if (composed) {

@@ -31,6 +31,10 @@ class StepPieces {
   const StagedSteps<double>& staged() const { return *staged_; }
   /// That of a piece.
   const CollocationTable<double>& table() const { return table_; }
+  /// Whether the derivative of a piece is that of the table alone.
+  bool by_table() const {
+    return multipliers() == 0 && !dynamic_cast<const StepsByDuals<double>*>(staged_);
+  }
   /// Multipliers of a piece.
   size_t multipliers() const { return staged_->multipliers(); }
   /// Pieces of the last step; before it of any, or 0 if that is not known.

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "integrators/derivatives/discrete_gradient_variation.h"
+#include "integrators/derivatives/dual_step_variation.h"
 #include "integrators/derivatives/stormer_verlet_variation.h"
 #include "integrators/methods/collocation_stages.h"
 #include "phs/system/linearised.h"
@@ -234,8 +235,10 @@ std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model,
                                                    StepVariation::Side side) {
   if (const auto* steps = dynamic_cast<const DiscreteGradientSteps*>(&pieces.staged()))
     return make_discrete_gradient_variation(model, steps->rule(), side);
-  return pieces.multipliers() > 0 ? make_stormer_verlet_variation(model, side)
-                                  : make_step_variation(model, pieces.table(), side);
+  if (pieces.by_table()) return make_step_variation(model, pieces.table(), side);
+  return pieces.multipliers() > 0
+             ? make_stormer_verlet_variation(model, side)
+             : make_dual_step_variation(model, pieces.method().declaration().name, side);
 }
 
 std::vector<std::string> parameters_of_run(const std::string& method, const phs::Model& model,

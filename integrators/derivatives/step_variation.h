@@ -32,7 +32,8 @@ struct TwoWords {
 /// LU, up to 2000 unknowns s · nx. Source: Sanz-Serna 2016, SIAM Rev. 58 (the adjoint of a
 /// symplectic table). Störmer-Verlet is the Lobatto IIIA-IIIB pair of two stages; with quaternions
 /// it has multipliers too (stormer_verlet_variation.h). Discrete gradients have a derivative of
-/// their own (discrete_gradient_variation.h).
+/// their own (discrete_gradient_variation.h), splittings that of a whole step in duals
+/// (dual_step_variation.h).
 ///
 /// One object per thread. advance() allocates nothing but for LU.
 class StepVariation {

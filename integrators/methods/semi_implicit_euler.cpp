@@ -2,12 +2,13 @@
 
 #include "integrators/core/entry.h"
 #include "integrators/core/stagnation.h"
+#include "integrators/methods/staged_steps.h"
 
 namespace porthos::integrators {
 namespace {
 
 template <class T>
-class SemiImplicitEuler final : public BasicIntegrator<T> {
+class SemiImplicitEuler final : public BasicIntegrator<T>, public StepsByDuals<T> {
   using Base = BasicIntegrator<T>;
   using Base::cost_, Base::n_, Base::system_;
 
@@ -30,6 +31,12 @@ class SemiImplicitEuler final : public BasicIntegrator<T> {
       if (!(magnitude(d) < HUGE_VAL)) return Outcome::not_finite;
     for (size_t i = 0; i < n_; ++i) phs::compensated_add(s.x[i], s.lo[i], move_[i]);
     return Outcome::ok;
+  }
+  void stages(const phs::BasicState<T>& after, std::span<T> Y) const override {
+    for (size_t i = 0; i < n_; ++i) {
+      Y[i] = after.x[i] + (after.lo[i] - move_[i]);
+      Y[n_ + i] = after.x[i] + after.lo[i];
+    }
   }
 
  private:

@@ -142,6 +142,21 @@ class Splitting : public BasicIntegrator<T> {
   bool have_force_ = false;
 };
 
+template <class T>
+class SplittingSteps final : public Splitting<T>, public StepsByDuals<T> {
+  using Splitting<T>::x_, Splitting<T>::lo_;
+
+ public:
+  using Splitting<T>::Splitting;
+  void stages(const phs::BasicState<T>& after, std::span<T> Y) const override {
+    const size_t n = x_.size();
+    for (size_t k = 0; k < n; ++k) {
+      Y[k] = x_[k] + lo_[k];
+      Y[n + k] = after.x[k] + after.lo[k];
+    }
+  }
+};
+
 /// Störmer-Verlet of a separable system.
 template <class T>
 class KickDriftKick final : public Splitting<T>, public StagedSteps<T> {
@@ -173,7 +188,7 @@ template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_splitting(const Declaration& d,
                                                    const CompositionTable* table,
                                                    const phs::Model& m, T h, const Options& o) {
-  return std::make_unique<Splitting<T>>(
+  return std::make_unique<SplittingSteps<T>>(
       d, gammas_of<T>(table),
       m.description().flows.empty() ? Parts::kick_and_drift : Parts::offered, m, h, o);
 }

@@ -22,4 +22,13 @@ class StagedSteps {
   virtual size_t multipliers() const { return 0; }
 };
 
+/// A method without such stages, whose step depends on the state alone: its derivative is that of
+/// the method in duals. In the place of stages are the states before and after a step, with the
+/// weights of the trapezoidal rule.
+template <class T>
+class StepsByDuals : public StagedSteps<T> {
+ public:
+  CollocationTable<TableReal<T>> table() const final { return lobatto_table<TableReal<T>>(2); }
+};
+
 }  // namespace porthos::integrators

@@ -62,8 +62,8 @@ std::vector<std::string> parameters_end_with(const Scene& scene) {
 std::string no_parameters_note(const Scene& scene, const phs::Model& model) {
   if (!phs::linearise<double>(model)->parameters().empty())
     return fmt::format(
-        "no slopes by parameters, only by start values: {} has them for systems without losses, "
-        "sources and time",
+        "no slopes by parameters of runs of {}, only by start values: gauss16 has both, and --by "
+        "takes differences of whole runs",
         scene.method);
   constexpr size_t most = 3;
   auto with = parameters_end_with(scene);

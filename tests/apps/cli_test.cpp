@@ -268,9 +268,9 @@ TEST_F(Cli, TellsWhatTheEndDependsOn) {
        "porthos: --uncertainty: uncertainty is 'some', expected a number, "
        "relative to each parameter\n"},
       {"--method spark8",
-       "porthos: derivatives of a run are there for gauss2 to gauss16, midpoint, lobatto4 ..., "
-       "hbvm4 ..., discrete gradients, stormer_verlet, rk4, radau15 and compositions (yoshida4, "
-       "kahan_li8_sv ...), not for 'spark8'; "
+       "porthos: derivatives of a run are there for Gauss collocation, Lobatto pairs, HBVM, "
+       "discrete gradients, splittings, stormer_verlet, rk4, radau15, semi_implicit_euler and "
+       "compositions (yoshida4 ...), not for 'spark8'; "
        "--by base.mass (by= in Python) takes differences of whole runs\n"}};
   for (const auto& [option, message] : wrong) {
     a = porthos(std::string("sensitivity swing/scene.toml --out wrong ") + option);

@@ -229,7 +229,7 @@ TEST(DiscreteGradientAdjoint, RunsHaveTurnsCheckpointsAndTangents) {
   } catch (const InvalidArgument& e) {
     EXPECT_EQ(std::string(e.what()),
               "a direction of second derivatives is not there for 'gonzalez' (discrete gradients, "
-              "Stormer-Verlet with quaternions), expected Gauss collocation");
+              "splittings, Stormer-Verlet with quaternions), expected Gauss collocation");
   }
 }
 
