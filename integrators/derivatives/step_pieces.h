@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "integrators/methods/semi_implicit_euler.h"
 #include "integrators/methods/staged_steps.h"
 
 namespace porthos::integrators {
@@ -33,7 +34,8 @@ class StepPieces {
   const CollocationTable<double>& table() const { return table_; }
   /// Whether the derivative of a piece is that of the table alone.
   bool by_table() const {
-    return multipliers() == 0 && !dynamic_cast<const StepsByDuals<double>*>(staged_);
+    return multipliers() == 0 && !dynamic_cast<const StepsByDuals<double>*>(staged_) &&
+           !dynamic_cast<const SemiImplicitEulerSteps*>(staged_);
   }
   /// Multipliers of a piece.
   size_t multipliers() const { return staged_->multipliers(); }

@@ -5,6 +5,7 @@
 
 #include "integrators/derivatives/discrete_gradient_variation.h"
 #include "integrators/derivatives/dual_step_variation.h"
+#include "integrators/derivatives/semi_implicit_euler_variation.h"
 #include "integrators/derivatives/stormer_verlet_variation.h"
 #include "integrators/methods/collocation_stages.h"
 #include "phs/system/linearised.h"
@@ -235,6 +236,8 @@ std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model,
                                                    StepVariation::Side side) {
   if (const auto* steps = dynamic_cast<const DiscreteGradientSteps*>(&pieces.staged()))
     return make_discrete_gradient_variation(model, steps->rule(), side);
+  if (dynamic_cast<const SemiImplicitEulerSteps*>(&pieces.staged()))
+    return make_semi_implicit_euler_variation(model, side);
   if (pieces.by_table()) return make_step_variation(model, pieces.table(), side);
   return pieces.multipliers() > 0
              ? make_stormer_verlet_variation(model, side)

@@ -33,7 +33,7 @@ struct TwoWords {
 /// symplectic table). Störmer-Verlet is the Lobatto IIIA-IIIB pair of two stages; with quaternions
 /// it has multipliers too (stormer_verlet_variation.h). Discrete gradients have a derivative of
 /// their own (discrete_gradient_variation.h), splittings that of a whole step in duals
-/// (dual_step_variation.h).
+/// (dual_step_variation.h), semi_implicit_euler its own too.
 ///
 /// One object per thread. advance() allocates nothing but for LU.
 class StepVariation {

@@ -8,7 +8,9 @@ namespace porthos::integrators {
 namespace {
 
 template <class T>
-class SemiImplicitEuler final : public BasicIntegrator<T>, public StepsByDuals<T> {
+class SemiImplicitEuler final : public BasicIntegrator<T>,
+                                public StagedSteps<T>,
+                                public SemiImplicitEulerSteps {
   using Base = BasicIntegrator<T>;
   using Base::cost_, Base::n_, Base::system_;
 
@@ -32,10 +34,16 @@ class SemiImplicitEuler final : public BasicIntegrator<T>, public StepsByDuals<T
     for (size_t i = 0; i < n_; ++i) phs::compensated_add(s.x[i], s.lo[i], move_[i]);
     return Outcome::ok;
   }
+  /// For running costs: the trapezoidal rule.
+  CollocationTable<TableReal<T>> table() const override {
+    auto t = lobatto_table<TableReal<T>>(2);
+    t.c.back() = t.c.front();  // f is asked at the start of the step
+    return t;
+  }
   void stages(const phs::BasicState<T>& after, std::span<T> Y) const override {
     for (size_t i = 0; i < n_; ++i) {
       Y[i] = after.x[i] + (after.lo[i] - move_[i]);
-      Y[n_ + i] = after.x[i] + after.lo[i];
+      Y[n_ + i] = i < n_ / 2 ? Y[i] : after.x[i] + after.lo[i];
     }
   }
 

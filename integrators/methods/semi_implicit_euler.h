@@ -13,6 +13,12 @@ template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_semi_implicit_euler(const Declaration&, const phs::Model&,
                                                              T h, const Options&);
 
+/// That method: its stages are where it evaluates f, (q, p) and (q, p') (methods/staged_steps.h).
+class SemiImplicitEulerSteps {
+ public:
+  virtual ~SemiImplicitEulerSteps() = default;
+};
+
 std::vector<Entry> semi_implicit_euler_entries();
 
 }  // namespace porthos::integrators
