@@ -17,7 +17,6 @@
 #include "apps/ending.h"
 #include "apps/usage.h"
 #include "phs/error.h"
-#include "planning/planner.h"
 #include "scene/session/info.h"
 
 namespace {
@@ -53,9 +52,6 @@ std::string version() {
 #ifdef PORTHOS_GSL_RIVALS
   text +=
       "  licence   GPL-3 as a whole, as this build links GSL (porthos itself is BSD-3-Clause)\n";
-  if (porthos::planning::find_solver("ipopt"))
-    text +=
-        "            and not to be passed on: it links IPOPT too, whose EPL 1.0 excludes GPL-3\n";
 #endif
   return text;
 }

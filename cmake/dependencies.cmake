@@ -31,7 +31,7 @@ mark_as_advanced(PORTHOS_RANDOM123_INCLUDE_DIR)
 add_library(porthos_random123 INTERFACE)
 target_include_directories(porthos_random123 SYSTEM INTERFACE ${PORTHOS_RANDOM123_INCLUDE_DIR})
 
-# EPL, for the command and the tests, never in the libraries: a second solver of plans. By file and not by ipopt.pc, which
+# EPL, for the tests and a command without GSL, never in the libraries: a second solver of plans. By file and not by ipopt.pc, which
 # names the Fortran libraries of MUMPS that a program need not link itself.
 if(PORTHOS_IPOPT)
   find_path(PORTHOS_IPOPT_INCLUDE_DIR IpTNLP.hpp PATH_SUFFIXES coin coin-or)
