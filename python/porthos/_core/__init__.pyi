@@ -978,6 +978,17 @@ class Held:
     def value(self, value: float) -> None: ...
     def signal(self) -> Function: ...
 
+class Casimir:
+    """A weighted sum of numbers of the state that keeps its value whatever H is."""
+    @property
+    def text(self) -> str:
+        """'spring.elongation - arm.elbow'"""
+        ...
+    @property
+    def terms(self) -> dict[int, float]:
+        """The weight of each number of the state in it."""
+        ...
+
 class NetworkModel(Model):
     """The system a Network builds. State: the members' states one after another; with one member its blocks keep their names,
     with several they are prefixed '<member>.'.
@@ -986,8 +997,8 @@ class NetworkModel(Model):
         """Where the state of a member begins."""
         ...
     @property
-    def casimirs(self) -> list[str]:
-        """The Casimirs as sentences, 'spring.elongation - arm.elbow'."""
+    def casimirs(self) -> list[Casimir]:
+        """The Casimirs."""
         ...
 
 class Network:
@@ -1902,11 +1913,11 @@ def moved_in(folder: os.PathLike) -> tuple:
     """The mechanisms of a finished run, one per phase, and names and energies of its actuators, from the scene and the model in its results; empty for a system without a mechanism."""
     ...
 
-def motion_of(run: Any, most: int) -> tuple:
-    """How the mechanism of a Result moved, over its phases: times, and the panels {title with unit: {line: values}}."""
+def motion_of(run: Any, most: int, bands: bool) -> tuple:
+    """How the mechanism of a Result moved, over its phases: times, and the panels {title with unit: {line: values}}. bands: of a part of many records the least and the largest, in place of one."""
     ...
 
-def states_of(run: Any, most: int) -> tuple:
+def states_of(run: Any, most: int, bands: bool) -> tuple:
     """The states of a Result of any system, in the same way."""
     ...
 
@@ -1942,8 +1953,8 @@ def write_report(folder: str, out: str, page: str, models: list[os.PathLike] = [
     """Fills the template `page` with the results in a folder and writes `out`. models: where the meshes of the model are. Returns what the playback does not show of them, empty if it shows all."""
     ...
 
-def write_film(page: str, out: str, size: tuple[int, int], start: Optional[float], end: Optional[float], speed: Optional[float], camera: str, follow: str, orbit: bool, arrows: bool, dark: bool, trail: bool, text: bool) -> None:
-    """Writes a film or a picture of the playback of a report.html."""
+def write_film(page: str, out: str, size: tuple[int, int], start: Optional[float], end: Optional[float], speed: Optional[float], camera: str, follow: str, orbit: bool, arrows: bool, dark: bool, trail: bool, text: bool) -> str:
+    """Writes a film or a picture of the playback of a report.html, or of the results in a folder. Returns a remark where bodies turn far between two of its records."""
     ...
 
 def model_folders(scene: SceneData) -> list[os.PathLike]:

@@ -659,7 +659,7 @@ def certify(loop: ClosedLoop, *, lower: list[float], upper: list[float], rate: f
     coordinates looked at, (nq,); rate: |q'_i| up to this. starts: states (nx,) that the runs start from; periods of the controller
     in them [s], multiples of step, 0: continuous. limits: largest |u| of each actuated input [N m | N], or one number for all; []:
     without. They act in the runs, and the shares of them that runs and basin take are told.
-    Raises InvalidArgument for no samples, for limits and starts that do not fit the loop, and, up to 3 coordinates, for a box
+    Raises InvalidArgument for no samples, for periods without starts, for limits and starts that do not fit the loop, and, up to 3 coordinates, for a box
     without the rest point inside; for a box and starts beyond the half_width of numerical_matching() too. Cost: seconds.
     """
     ...
