@@ -85,10 +85,6 @@ class DiscreteGradientVariation final : public StepVariation {
     return Outcome::ok;
   }
 
-  void interpolate(const TwoWords&, double, std::span<double>) const override { refuse_inside(); }
-  void stages(std::span<double>) const override { refuse_inside(); }
-  void forget() override {}
-
   void add_gradient(TwoWords& gradient) override {
     if (names_.empty()) return;
     std::fill(gradient_.begin(), gradient_.end(), 0.0);
@@ -121,10 +117,6 @@ class DiscreteGradientVariation final : public StepVariation {
   const Cost& cost() const override { return cost_; }
 
  private:
-  [[noreturn]] static void refuse_inside() {
-    throw InvalidArgument(
-        "a tangent inside a step is there for Gauss collocation, not for discrete gradients");
-  }
   /// h f̄ along the direction of the duals.
   Vector column() {
     dual_.field.start_at(dual_.x0, dual_.lo);

@@ -56,9 +56,6 @@ class DualStepVariation final : public StepVariation {
     return Outcome::ok;
   }
 
-  void interpolate(const TwoWords&, double, std::span<double>) const override { refuse_inside(); }
-  void stages(std::span<double>) const override { refuse_inside(); }
-  void forget() override {}
   void add_gradient(TwoWords&) override {}
   double by_size() const override { return h_ * first_.dot(by_h_); }
   const std::vector<std::string>& parameters() const override { return none_; }
@@ -67,10 +64,6 @@ class DualStepVariation final : public StepVariation {
  private:
   using Index = Eigen::Index;
 
-  [[noreturn]] static void refuse_inside() {
-    throw InvalidArgument(
-        "a tangent inside a step is there for Gauss collocation, not for splittings");
-  }
   /// A step from start_ in duals; to: the second parts of its end.
   void take(double t, Dual h, Eigen::Ref<Vector> to) {
     state_ = start_;

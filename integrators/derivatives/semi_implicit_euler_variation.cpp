@@ -61,15 +61,10 @@ class SemiImplicitEulerVariation final : public StepVariation {
                : Outcome::not_finite;
   }
 
-  void interpolate(const TwoWords&, double, std::span<double>) const override {
-    throw InvalidArgument(
-        "a tangent inside a step is there for Gauss collocation, not for semi_implicit_euler");
-  }
   void stages(std::span<double> to) const override {
     for (size_t i = 0; i < 2; ++i)
       std::ranges::copy(stages_[i].given, to.begin() + std::ptrdiff_t(i * n_));
   }
-  void forget() override {}
 
   void add_gradient(TwoWords& gradient) override {
     std::ranges::fill(gradient_, 0.0);

@@ -13,6 +13,10 @@
 namespace porthos::integrators {
 namespace {
 
+[[noreturn]] void refuse_inside() {
+  throw InvalidArgument("a tangent inside a step is there for Gauss collocation alone");
+}
+
 /// That of the adjoint, with its stages in reverse order: μ_ij is μ_ji of the step.
 CollocationTable<double> transposed(CollocationTable<double> t) {
   const size_t s = size_t(t.s), r = size_t(t.degree());
@@ -222,6 +226,11 @@ class CollocationVariation final : public StepVariation {
 };
 
 }  // namespace
+
+void StepVariation::interpolate(const TwoWords&, double, std::span<double>) const {
+  refuse_inside();
+}
+void StepVariation::stages(std::span<double>) const { refuse_inside(); }
 
 std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model,
                                                    const CollocationTable<double>& table,

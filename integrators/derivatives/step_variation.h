@@ -50,13 +50,13 @@ class StepVariation {
   ///   parameters adds to f there, size s · nx; empty: none
   [[nodiscard]] virtual Outcome advance(TwoWords& v, std::span<const double> running = {}) = 0;
   /// After a tangent step: δx at the fraction theta of it, given δy' after it. Sizes nx.
-  /// @throws InvalidArgument for Störmer-Verlet with quaternions and discrete gradients
-  virtual void interpolate(const TwoWords& after, double theta, std::span<double> v) const = 0;
+  /// @throws InvalidArgument but for collocation
+  virtual void interpolate(const TwoWords& after, double theta, std::span<double> v) const;
   /// After advance(): δY_i, or ℓ_i. Size s · nx.
-  /// @throws InvalidArgument for Störmer-Verlet with quaternions and discrete gradients
-  virtual void stages(std::span<double> to) const = 0;
+  /// @throws InvalidArgument for Störmer-Verlet with quaternions, discrete gradients and splittings
+  virtual void stages(std::span<double> to) const;
   /// Drops what the last step predicts of the next, which is not its neighbour.
-  virtual void forget() = 0;
+  virtual void forget() {}
   /// After an adjoint step: gradient += Σ h b_i ∂(ℓ_iᵀ f(Y_i))/∂θ. Size of parameters().
   virtual void add_gradient(TwoWords& gradient) = 0;
   /// After an adjoint step, for a field that does not depend on the time: h ∂J/∂h of that step,

@@ -86,10 +86,6 @@ class StormerVerletVariation final : public StepVariation {
     return Outcome::ok;
   }
 
-  void interpolate(const TwoWords&, double, std::span<double>) const override { refuse(); }
-  void stages(std::span<double>) const override { refuse(); }
-  void forget() override {}
-
   void add_gradient(TwoWords& gradient) override {
     std::fill(gradient_.begin(), gradient_.end(), Lanes(0.0));
     Lanes weight(0.0);
@@ -115,10 +111,6 @@ class StormerVerletVariation final : public StepVariation {
   const Cost& cost() const override { return cost_; }
 
  private:
-  [[noreturn]] static void refuse() {
-    throw InvalidArgument(
-        "a tangent inside a step is there for Gauss collocation, not for Stormer-Verlet");
-  }
   struct Rotation {
     size_t q;  ///< as UnitQuaternions
     double kappa, lambda = 0;
