@@ -9,6 +9,8 @@
 
 #include "energy_shaping/derivatives.h"
 #include "energy_shaping/detail/region.h"
+#include "energy_shaping/held_loop.h"
+#include "energy_shaping/port_law.h"
 #include "phs/linear_algebra/linear_algebra.h"
 
 namespace porthos::energy_shaping {
@@ -81,6 +83,18 @@ std::string share_of_limits(const Vec& peak, const Vec& limits) {
   return fmt::format("{:.0f} % of its limit", 100 * share);
 }
 
+/// The condition "sampled" of the longest of the periods. Not of what has no linear loop, as with
+/// constraints.
+void certify_periods(const ClosedLoop& loop, const std::vector<double>& periods, Certificate& c) {
+  const double longest = *std::ranges::max_element(periods);
+  if (!(longest > 0)) return;
+  const std::shared_ptr<const ClosedLoop> borrowed(std::shared_ptr<const ClosedLoop>(), &loop);
+  try {
+    certify_sampled(c, held_loop(loop.plant(), port_laws(borrowed), loop.rest()), longest, 0);
+  } catch (const InvalidArgument&) {
+  }
+}
+
 std::string of_start(const CertifyOptions& o, size_t s) {
   return o.starts.size() > 1 ? fmt::format(", start {}", s + 1) : "";
 }
@@ -150,6 +164,7 @@ void certify_runs(const ClosedLoop& loop, const CertifyOptions& o, double limite
       c.report(name + ", input peak", *std::max_element(r.peak.begin(), r.peak.end()),
                share_of_limits(r.peak, run.limits), r.peak.size() > 1 ? r.peak : Vec{});
     }
+  certify_periods(loop, o.periods, c);
   if (o.plants.empty() || o.starts.empty()) return;
   size_t good = 0, all = 0;
   for (const auto& plant : o.plants)

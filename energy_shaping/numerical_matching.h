@@ -45,7 +45,8 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& options);
 /// at the rest point, has a bandwidth ω [rad/s] and a damping ratio twice. The ratio alone decides
 /// on ω: with K = ∂²V/∂q²,
 ///   ω² = (K_rr + ρ K_rs)/(M_rr + ρ M_rs),
-/// so of another one the nearest are found. By a search over six decades. For set-up: some 100 ms
+/// so of another one the nearest are found. By a search over six decades and least squares.
+/// For set-up: some 100 ms
 /// @throws InvalidArgument for a plant that is not of two coordinates, numbers that are not above
 ///   0, a rest as numerical_matching() refuses it, and a ratio with which no gains make the rest
 ///   point attract

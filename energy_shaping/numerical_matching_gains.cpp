@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <array>
 #include <cmath>
 #include <complex>
+#include <functional>
+#include <optional>
 #include <random>
 
 #include "energy_shaping/derivatives.h"
@@ -46,9 +49,10 @@ class MatchedAtRest {
   double size_of_mass() const { return o_.scale * std::fabs(M_ss_ - M_rs_ * M_rs_ / M_rr_); }
   double size_of_stiffness() const { return (std::fabs(K_rr_) + std::fabs(K_rs_)) / o_.scale; }
 
-  /// How far the characteristic polynomial is from that of ω and ζ twice, squares of logarithms;
-  /// infinite where the rest point is none that attracts.
-  double off(double ku, double kv, double determinant, double bandwidth, double ratio) const {
+  /// How far the characteristic polynomial is from that of ω and ζ twice, logarithms of its numbers;
+  /// none where the rest point does not attract.
+  std::optional<Eigen::Vector4d> logs(double ku, double kv, double determinant, double bandwidth,
+                                      double ratio) const {
     const double rho = o_.ratio, d_rr = lambda_ * (rho * M_rs_ + M_rr_),
                  d_rs = lambda_ * (rho * M_ss_ + M_rs_);
     std::array<double, 4> Md{}, Kd{};
@@ -58,7 +62,7 @@ class MatchedAtRest {
     Kd[3 * r_] = (K_rr_ - rho * K_rs_) / lambda_ + ku * rho * rho;
     Kd[1] = Kd[2] = K_rs_ / lambda_ - ku * rho;
     Kd[3 * s_] = ku;
-    if (!(Kd[3 * r_] * Kd[3 * s_] > Kd[1] * Kd[2])) return HUGE_VAL;
+    if (!(Kd[3 * r_] * Kd[3 * s_] > Kd[1] * Kd[2])) return {};
     // p' = -M_d M⁻¹ K_d q - (G kv Gᵀ M_d⁻¹ + D M⁻¹) p
     const auto product = [](const auto& a, const auto& b) {
       return std::array<double, 4>{a[0] * b[0] + a[1] * b[2], a[0] * b[1] + a[1] * b[3],
@@ -78,17 +82,14 @@ class MatchedAtRest {
     // s⁴ + c3 s³ + ... against (s² + 2ζω s + ω²)²: its numbers are smooth where two modes meet
     std::array<std::complex<double>, 5> c{1.0, 0.0, 0.0, 0.0, 0.0};
     for (const auto& root : phs::eigenvalues(4, A)) {
-      if (!(root.real() < 0)) return HUGE_VAL;
+      if (!(root.real() < 0)) return {};
       for (size_t k = 4; k > 0; --k) c[k] -= root * c[k - 1];
     }
     const double w2 = bandwidth * bandwidth, z = 2 * ratio * bandwidth;
     const std::array<double, 4> wanted{2 * z, z * z + 2 * w2, 2 * z * w2, w2 * w2};
-    double sum = 0;
-    for (size_t k = 0; k < 4; ++k) {
-      const double off = std::log(c[k + 1].real() / wanted[k]);
-      sum += off * off;
-    }
-    return sum;
+    Eigen::Vector4d off;
+    for (size_t k = 0; k < 4; ++k) off[long(k)] = std::log(c[k + 1].real() / wanted[k]);
+    return off;
   }
 
  private:
@@ -97,6 +98,43 @@ class MatchedAtRest {
   std::array<double, 4> inverse_{}, friction_{};  ///< M⁻¹ and -D M⁻¹
   double K_rr_, K_rs_, M_rr_, M_rs_, M_ss_, lambda_;
 };
+
+using Decades = std::array<double, 3>;  ///< of the gains, beside their centre
+using Logs = std::function<std::optional<Eigen::Vector4d>(const Decades&)>;
+
+double size_of(const std::optional<Eigen::Vector4d>& logs) {
+  return logs ? logs->squaredNorm() : HUGE_VAL;
+}
+
+/// Least squares of the logarithms by Levenberg and Marquardt's steps, some hundred evaluations.
+/// @return their sum of squares at `at`, where it ends
+double descend(const Logs& logs, Decades& at) {
+  auto now = logs(at);
+  double damping = 1e-3;
+  for (int i = 0; i < 40 && now && damping < 1e9 && now->squaredNorm() > 1e-24; ++i) {
+    Eigen::Matrix<double, 4, 3> J;
+    for (size_t k = 0; k < 3; ++k) {
+      Decades beside = at;
+      beside[k] += 1e-6;
+      const auto there = logs(beside);
+      if (!there) return size_of(now);
+      J.col(long(k)) = (*there - *now) / 1e-6;
+    }
+    const Eigen::Matrix3d JJ = J.transpose() * J;
+    const Eigen::Matrix3d damped = JJ + damping * Eigen::Matrix3d(JJ.diagonal().asDiagonal());
+    const Eigen::Vector3d step = damped.ldlt().solve(-J.transpose() * *now);
+    Decades next = at;
+    for (size_t k = 0; k < 3; ++k) next[k] += step[long(k)];
+    if (const auto there = logs(next); size_of(there) < size_of(now)) {
+      at = next;
+      now = there;
+      damping /= 5;
+    } else {
+      damping *= 4;
+    }
+  }
+  return size_of(now);
+}
 
 }  // namespace
 
@@ -137,8 +175,10 @@ NumericalMatching numerical_matching_gains(const phs::Model& plant, NumericalMat
   const double mass = loop.size_of_mass();
   const std::array<double, 3> centre{loop.size_of_stiffness(), 2 * damping_ratio * bandwidth * mass,
                                      mass};
-  using Decades = std::array<double, 3>;  // beside the centre
   const auto gain = [&](const Decades& at, size_t k) { return centre[k] * std::pow(10, at[k]); };
+  const Logs logs = [&](const Decades& at) {
+    return loop.logs(gain(at, 0), gain(at, 1), gain(at, 2), bandwidth, damping_ratio);
+  };
   Decades best{};
   double least = HUGE_VAL;
   std::mt19937_64 generator(1);
@@ -150,8 +190,7 @@ NumericalMatching numerical_matching_gains(const phs::Model& plant, NumericalMat
       const bool anywhere = i < 1000;  // then near what was found, nearer where that fails
       Decades next = anywhere ? Decades{} : near;
       for (double& x : next) x += reach * uniform(generator);
-      const double off =
-          loop.off(gain(next, 0), gain(next, 1), gain(next, 2), bandwidth, damping_ratio);
+      const double off = size_of(logs(next));
       if (!anywhere) reach = off < lowest ? 2 * reach : std::fmax(0.96 * reach, 1e-6);
       if (!(off < lowest)) continue;
       lowest = off;
@@ -160,6 +199,15 @@ NumericalMatching numerical_matching_gains(const phs::Model& plant, NumericalMat
     if (lowest < least) {
       least = lowest;
       best = near;
+    }
+  }
+  // A valley beside the gains that fit ends the walk: from others by least squares.
+  for (int begun = 0; begun < 2000 && least > 1e-9; ++begun) {
+    Decades from{};
+    for (double& x : from) x += 3 * uniform(generator);
+    if (const double off = descend(logs, from); off < least) {
+      least = off;
+      best = from;
     }
   }
   if (least == HUGE_VAL)

@@ -22,6 +22,13 @@ using colour::grid, colour::ink, colour::soft;
 constexpr size_t most_in_column = 6;
 constexpr double gap_in_legend = 4;  ///< right of an entry
 
+/// How often a series turns back.
+size_t swings(const std::vector<double>& v) {
+  size_t count = 0;
+  for (size_t i = 2; i < v.size(); ++i) count += (v[i] - v[i - 1]) * (v[i - 1] - v[i - 2]) < 0;
+  return count;
+}
+
 class TracePlot {
  public:
   TracePlot(const std::vector<TracePanel>& panels, const Look& look)
@@ -180,6 +187,7 @@ class TracePlot {
     const auto& value = d.to.empty() ? d.line->value : d.to;
     const auto& from = d.to.empty() ? d.line->low : d.from;
     const size_t n = std::min(t.size(), value.size());
+    const bool dense = swings(value) > n / 8;  // white edges would cover the area
     std::vector<std::string> points, back;
     std::string level;  // of the point before
     const auto flush = [&] {
@@ -188,7 +196,10 @@ class TracePlot {
         svg_->raw(fmt::format(
             R"(<polygon points="{}{}" fill="{}" fill-opacity="{}" stroke="{}" stroke-width="{}"/>)",
             fmt::join(points, ""), fmt::join(back, ""), d.colour, d.to.empty() ? 0.45 : 0.8,
-            d.to.empty() ? d.colour : "#ffffff", look_.rule));
+            d.to.empty() ? d.colour
+            : dense      ? "none"
+                         : "#ffffff",
+            look_.rule));
       else if (!points.empty())
         svg_->polyline(fmt::format("{}", fmt::join(points, "")), d.colour, d.width, d.dash.c_str());
       points.clear();

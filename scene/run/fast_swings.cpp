@@ -23,9 +23,9 @@ constexpr double least_path = 1e-6;  ///< [rad, m]; less is no motion
 
 bool FastSwings::Joint::swings() const { return path > least_path && off > most_off * path; }
 
-FastSwings::FastSwings(const Scene& scene, const Assembly& assembly, const RecordLayout& layout)
+FastSwings::FastSwings(const Assembly& assembly, const RecordLayout& layout)
     : assembly_(assembly), layout_(layout), turns_(layout.turns) {
-  if (!assembly.mechanical || scene.extrema != Extrema::none) return;
+  if (!assembly.mechanical) return;
   size_t angle = 0;
   for (const auto& c : assembly.mechanical->mechanism().coordinates()) {
     Joint joint{c.joint, size_t(c.q), size_t(c.v), {}};
@@ -68,9 +68,10 @@ void FastSwings::fill(RunReport& report) const {
   if (count == 0) return;
   if (count > most_told) names += fmt::format(" and {} more", count - most_told);
   report.notes.push_back(fmt::format(
-      "records every {:.4g} s are too far apart for the swings of {}, whose pictures mislead: take "
-      "a smaller record_every, or [run] extrema = \"state\" for the least and largest between",
-      apart_, names));
+      "records every {:.4g} s are too far apart for the swings of {}, whose pictures and films "
+      "mislead: take a smaller record_every{}",
+      apart_, names,
+      layout_.watched.empty() ? "" : "; the least and largest are in minimum/ and maximum/"));
 }
 
 }  // namespace porthos::scene

@@ -10,7 +10,6 @@
 
 namespace porthos::scene {
 
-struct Scene;
 struct Assembly;
 struct RunReport;
 
@@ -18,9 +17,8 @@ struct RunReport;
 /// rates at both say. Pictures of such records show any motion, also a slow one.
 class FastSwings {
  public:
-  /// Of joints of one freedom. With [run] extrema none is looked for: the swings are in the file.
-  /// The assembly must outlive it.
-  FastSwings(const Scene& scene, const Assembly& assembly, const RecordLayout& layout);
+  /// Of joints of one freedom. The assembly must outlive it.
+  FastSwings(const Assembly& assembly, const RecordLayout& layout);
   bool any() const { return !joints_.empty(); }
   /// Adds a record, a row of the layout. Of many only the first 4000 are looked at: each takes an
   /// evaluation of the rates, O(n).

@@ -19,7 +19,7 @@ class FromRecords {
         limits_(assembly, layout),
         joints_(scene, assembly, layout),
         depths_(assembly, layout),
-        swings_(scene, assembly, layout),
+        swings_(assembly, layout),
         outputs_(scene, layout) {}
   /// Whether it needs records.
   bool any() const {

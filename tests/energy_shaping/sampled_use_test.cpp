@@ -61,7 +61,13 @@ TEST(SampledUse, PeriodsWithoutStartsAreRefused) {
             "periods act in runs, and no starts are given, expected some");
   o.starts = {start};  // control
   o.run.duration = 0.1;
-  EXPECT_EQ(refusal([&] { (void)certify(*loop, o); }), "");
+  const Certificate held = certify(*loop, o);
+  EXPECT_EQ(held.item("sampled").finding, Finding::holds);
+  // A period that the linear loop does not stand is told with a rate that does.
+  o.periods = {0.5};
+  const Certificate slow = certify(*loop, o);
+  EXPECT_EQ(slow.item("sampled").finding, Finding::fails);
+  EXPECT_NE(slow.item("sampled").text.find("would do"), std::string::npos);
 }
 
 TEST(SampledUse, AcrobotAtARate) {
