@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <array>
 #include <cmath>
 #include <complex>
 #include <functional>
+#include <numeric>
 #include <optional>
 #include <random>
 
@@ -16,6 +16,8 @@
 
 namespace porthos::energy_shaping {
 namespace {
+
+using Numbers = std::array<double, 4>;  ///< of a characteristic polynomial
 
 /// The loop of a numerical matching linearised at its rest point, in closed form: M_d is known
 /// there, and λ·∂V_d = ∂V/∂r gives the Hessian of V_d.
@@ -49,10 +51,10 @@ class MatchedAtRest {
   double size_of_mass() const { return o_.scale * std::fabs(M_ss_ - M_rs_ * M_rs_ / M_rr_); }
   double size_of_stiffness() const { return (std::fabs(K_rr_) + std::fabs(K_rs_)) / o_.scale; }
 
-  /// How far the characteristic polynomial is from that of ω and ζ twice, logarithms of its numbers;
-  /// none where the rest point does not attract.
-  std::optional<Eigen::Vector4d> logs(double ku, double kv, double determinant, double bandwidth,
-                                      double ratio) const {
+  /// How far the characteristic polynomial is from that of ω and ζ twice, logarithms of its
+  /// numbers; none where the rest point does not attract.
+  std::optional<Numbers> logs(double ku, double kv, double determinant, double bandwidth,
+                              double ratio) const {
     const double rho = o_.ratio, d_rr = lambda_ * (rho * M_rs_ + M_rr_),
                  d_rs = lambda_ * (rho * M_ss_ + M_rs_);
     std::array<double, 4> Md{}, Kd{};
@@ -87,8 +89,8 @@ class MatchedAtRest {
     }
     const double w2 = bandwidth * bandwidth, z = 2 * ratio * bandwidth;
     const std::array<double, 4> wanted{2 * z, z * z + 2 * w2, 2 * z * w2, w2 * w2};
-    Eigen::Vector4d off;
-    for (size_t k = 0; k < 4; ++k) off[long(k)] = std::log(c[k + 1].real() / wanted[k]);
+    Numbers off;
+    for (size_t k = 0; k < 4; ++k) off[k] = std::log(c[k + 1].real() / wanted[k]);
     return off;
   }
 
@@ -100,31 +102,38 @@ class MatchedAtRest {
 };
 
 using Decades = std::array<double, 3>;  ///< of the gains, beside their centre
-using Logs = std::function<std::optional<Eigen::Vector4d>(const Decades&)>;
+using Logs = std::function<std::optional<Numbers>(const Decades&)>;
 
-double size_of(const std::optional<Eigen::Vector4d>& logs) {
-  return logs ? logs->squaredNorm() : HUGE_VAL;
+double size_of(const std::optional<Numbers>& logs) {
+  return logs ? std::inner_product(logs->begin(), logs->end(), logs->begin(), 0.0) : HUGE_VAL;
 }
 
 /// Least squares of the logarithms by Levenberg and Marquardt's steps, some hundred evaluations.
 /// @return their sum of squares at `at`, where it ends
 double descend(const Logs& logs, Decades& at) {
+  constexpr double beside = 1e-6;
   auto now = logs(at);
   double damping = 1e-3;
-  for (int i = 0; i < 40 && now && damping < 1e9 && now->squaredNorm() > 1e-24; ++i) {
-    Eigen::Matrix<double, 4, 3> J;
+  for (int i = 0; i < 40 && damping < 1e9 && now && size_of(now) > 1e-24; ++i) {
+    std::array<Numbers, 3> slopes;
     for (size_t k = 0; k < 3; ++k) {
-      Decades beside = at;
-      beside[k] += 1e-6;
-      const auto there = logs(beside);
+      Decades moved = at;
+      moved[k] += beside;
+      const auto there = logs(moved);
       if (!there) return size_of(now);
-      J.col(long(k)) = (*there - *now) / 1e-6;
+      for (size_t j = 0; j < 4; ++j) slopes[k][j] = ((*there)[j] - (*now)[j]) / beside;
     }
-    const Eigen::Matrix3d JJ = J.transpose() * J;
-    const Eigen::Matrix3d damped = JJ + damping * Eigen::Matrix3d(JJ.diagonal().asDiagonal());
-    const Eigen::Vector3d step = damped.ldlt().solve(-J.transpose() * *now);
+    std::vector<double> normal(9), right(3);
+    for (size_t k = 0; k < 3; ++k) {
+      for (size_t l = 0; l < 3; ++l)
+        normal[3 * k + l] =
+            std::inner_product(slopes[k].begin(), slopes[k].end(), slopes[l].begin(), 0.0);
+      right[k] = -std::inner_product(slopes[k].begin(), slopes[k].end(), now->begin(), 0.0);
+      normal[4 * k] *= 1 + damping;
+    }
+    const auto step = phs::linear_solve(3, normal, right);
     Decades next = at;
-    for (size_t k = 0; k < 3; ++k) next[k] += step[long(k)];
+    for (size_t k = 0; k < 3; ++k) next[k] += step[k];
     if (const auto there = logs(next); size_of(there) < size_of(now)) {
       at = next;
       now = there;
