@@ -89,7 +89,11 @@ class HandoverGate final : public phs::Gate {
                          higher_level(m[least]));
     const double settled = (m[sum] + m[sum_before]) / (m[samples] + m[before]),
                  share = m[limited] / m[all];
-    const std::string cause = "; " + two_->of.cause(settled, share), found = tried();
+    const double rise = m[sum] / m[samples] - m[sum_before] / m[before];  // nan: too few samples
+    const std::string cause =
+        "; " + two_->of.cause(settled, share) +
+        (rise > 0.1 * std::fabs(settled) ? "; it still rises, so a longer run may do" : "");
+    const std::string found = tried();
     if (!found.empty()) return cause + found;
     return fmt::format("{}: {}, {}", cause, two_->of.remedy(settled, share),
                        higher_level(m[least]));

@@ -171,8 +171,9 @@ Progress JointSwingUp::progress(const std::optional<SwingUpRun>& run) const {
     return Progress::At{seen[0], seen[1] >= d->gains.limit};
   };
   const auto cause = [d = data_](double settled, double limited) {
-    std::string text = fmt::format("its energy settled at {:.4g} J, {:.4g} J of the upright",
-                                   settled, d->wanted - d->margin);
+    std::string text =
+        fmt::format("its energy was {:.4g} J in the mean of the last half, {:.4g} J of the upright",
+                    settled, d->wanted - d->margin);
     if (d->margin > 0) text += fmt::format(" and an energy_margin of {:.3g} J", d->margin);
     text += " wanted";
     if (d->friction > 0)
