@@ -152,17 +152,25 @@ std::string help_of_saddle(const mechanics::Mechanism& m, const Parts& p,
   const auto nq = size_t(m.nq());
   const mechanics::JointCoordinates* softest = nullptr;
   double least = HUGE_VAL;
-  for (const auto& c : m.coordinates())
-    if (c.nq == 1 && K[size_t(c.q) * (nq + 1)] < least) {
-      least = K[size_t(c.q) * (nq + 1)];
-      softest = &c;
-    }
+  for (const auto& c : m.coordinates()) {
+    if (c.nq != 1) continue;
+    const double own = K[size_t(c.q) * (nq + 1)];
+    if (own < 0 && !p.actuated[size_t(c.v)])  // whatever the others' stiffness
+      return fmt::format(
+          "'{}' stands up there and nothing drives it: choose a rest where it hangs, or a law that "
+          "balances it, as an lqr",
+          c.joint);
+    if (own >= least) continue;
+    least = own;
+    softest = &c;
+  }
   if (!softest) return "raise the stiffness of the springs";
   if (p.actuated[size_t(softest->v)])
     return fmt::format("raise the stiffness at '{}'", softest->joint);
   return fmt::format(
-      "'{}' {} there and nothing drives it: choose a rest where it hangs, or raise the stiffness",
-      softest->joint, least < 0 ? "stands up" : "is the softest");
+      "'{}' is the softest there and nothing drives it: choose a rest where it hangs, or raise the "
+      "stiffness",
+      softest->joint);
 }
 
 /// Whether what nothing drives, nor is to have a spring, hangs at the rest, where constant forces
