@@ -12,16 +12,16 @@
 #include "report/detail/stage_page.h"
 #include "report/report.h"
 #include "scene/files/files.h"
+#include "scene/files/hdf5_reader.h"
+#include "scene/session/records.h"
 
 namespace porthos::report {
 namespace {
 
 constexpr double far_between_frames = 1.6;  ///< [rad], as on the page
 
-/// @throws InvalidArgument if the film begins or ends outside the run
-void check_times(BrowserPage& page, const FilmOptions& o) {
-  const auto span = nlohmann::json::parse(page.value("[porthos.stage.first, porthos.stage.last]"));
-  const double first = span.at(0).get<double>(), last = span.at(1).get<double>();
+/// @throws InvalidArgument if the film begins or ends outside the run, [first, last]
+void check_times(double first, double last, const FilmOptions& o) {
   const double slack = 1e-9 * (last - first);
   for (const auto& [what, t] : {std::pair{"begins", o.from}, {"ends", o.to}})
     if (t && !(*t >= first - slack && *t <= last + slack))
@@ -29,6 +29,11 @@ void check_times(BrowserPage& page, const FilmOptions& o) {
           fmt::format("the film {} at {:g} s, expected a time of the run, {:g} to "
                       "{:g} s",
                       what, *t, first, last));
+}
+
+void check_page(BrowserPage& page, const FilmOptions& o) {
+  const auto span = nlohmann::json::parse(page.value("[porthos.stage.first, porthos.stage.last]"));
+  check_times(span.at(0).get<double>(), span.at(1).get<double>(), o);
   if (o.orbit && page.value("Boolean(porthos.data.planet && porthos.stage.far)") != "true")
     throw InvalidArgument("the run is not in orbit, expected a film of the mechanism");
 }
@@ -62,10 +67,15 @@ class FilmedPage {
     if (!std::filesystem::is_directory(report)) return;
     file_ = report / "report.html";
     const auto page = find_template();
-    if (page.empty() || !(o.from || o.to)) return;
+    const bool finished = std::filesystem::exists(report / "summary.json");
+    if (page.empty() || !finished || !(o.from || o.to)) return;
+    const auto files = scene::series_files(report);
+    check_times(scene::open_run_file(files.front())->column("time").front(),
+                scene::open_run_file(files.back())->column("time").back(), o);
     Part part;
     part.from = o.from.value_or(part.from);
     part.to = still ? part.from : o.to.value_or(part.to);
+    if (still && o.trail) part.from = Part().from;  // the path up to then
     file_ = std::filesystem::temp_directory_path() / fmt::format("porthos_film_{}.html", getpid());
     made_ = true;
     write_part(report, file_, page, part);
@@ -96,7 +106,7 @@ std::string write_film(const std::filesystem::path& report, const std::filesyste
   const FilmedPage filmed(report, o, still);
   const auto opened = open_stage(filmed.file(), o);
   BrowserPage& page = *opened;
-  check_times(page, o);
+  check_page(page, o);
   const std::string data =
       still ? page.value(fmt::format("porthos.stage.seek({}), "
                                      "porthos.picture(porthos.stage).then(porthos.base64)",

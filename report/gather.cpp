@@ -42,8 +42,8 @@ void add_once(std::vector<contact::Shape>& to, const contact::Shape& shape) {
 /// "missing".
 class Gathered {
  public:
-  Gathered(fs::path folder, std::vector<fs::path> models, const Part& closer)
-      : folder_(std::move(folder)), meshes_(std::move(models)), closer_(closer) {
+  Gathered(fs::path folder, std::vector<fs::path> models, const Part& part)
+      : folder_(std::move(folder)), meshes_(std::move(models)), part_(part) {
     stage_.meshes = &meshes_;
   }
 
@@ -123,7 +123,7 @@ class Gathered {
       stage_.recorded = summary_.is_object() && summary_.value("method", "") == "recorded";
       attempt("no motion", [&] { phase["motion"] = motion(stage_, most_frames / phase_count_); });
       attempt("no playback",
-              [&] { phase["playback"] = playback(stage_, most_frames / phase_count_, closer_); });
+              [&] { phase["playback"] = playback(stage_, most_frames / phase_count_, part_); });
     }
     phases_.push_back(phase);
   }
@@ -314,7 +314,7 @@ class Gathered {
   std::optional<scene::Scene> scene_;
   std::optional<scene::Assembly> assembly_;
   MeshShelf meshes_;
-  Part closer_;
+  Part part_;
   Stage stage_;
   int phase_count_ = 1;
   bool unfinished_ = false;
@@ -323,8 +323,7 @@ class Gathered {
 
 }  // namespace
 
-PageData page_data(const fs::path& folder, const std::vector<fs::path>& models,
-                   const Part& closer) {
+PageData page_data(const fs::path& folder, const std::vector<fs::path>& models, const Part& part) {
   std::error_code e;
   const auto text = [](const Json& j) {
     return j.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -332,7 +331,7 @@ PageData page_data(const fs::path& folder, const std::vector<fs::path>& models,
   const bool run = fs::exists(folder / "summary.json", e) || fs::exists(folder / "run.h5", e);
   if (!run && holds_ensemble(folder)) return {text(ensemble_page(folder)), ""};
   if (!run && holds_identification(folder)) return {text(identification_page(folder)), ""};
-  Gathered gathered(folder, models, closer);
+  Gathered gathered(folder, models, part);
   return {text(gathered.json()), gathered.missing_meshes()};
 }
 

@@ -200,25 +200,24 @@ Json motion(const Stage& stage, std::int64_t most) {
 
 namespace {
 
-/// The records of a playback: equally far apart, and of a part closer together, from the last one
-/// before it to the first one after it.
-std::vector<std::int64_t> frames_of(const Records& r, std::int64_t most, const Part& closer) {
-  if (closer.whole() || r.count() <= most) return evenly(r.count(), most);
-  std::vector<std::int64_t> rows = evenly(r.count(), most / 4);
+/// The records of a playback, equally far apart: all, or those of a part with the one before it and
+/// the one after it, so that a path is of the part alone.
+std::vector<std::int64_t> frames_of(const Records& r, std::int64_t most, const Part& part) {
+  if (part.whole()) return evenly(r.count(), most);
   const auto t = r.column("time");
   const std::int64_t first =
-      std::max<std::int64_t>(0, std::upper_bound(t.begin(), t.end(), closer.from) - t.begin() - 1);
+      std::max<std::int64_t>(0, std::upper_bound(t.begin(), t.end(), part.from) - t.begin() - 1);
   const std::int64_t last = std::min<std::int64_t>(
-      r.count() - 1, std::lower_bound(t.begin(), t.end(), closer.to) - t.begin());
-  for (const auto k : evenly(last - first + 1, most - most / 4)) rows.push_back(first + k);
-  std::ranges::sort(rows);
-  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+      r.count() - 1, std::lower_bound(t.begin(), t.end(), part.to) - t.begin());
+  std::vector<std::int64_t> rows = evenly(last - first + 1, most);
+  for (std::int64_t& row : rows) row += first;
+  if (last > first && rows[rows.size() - 2] != last - 1) rows.insert(rows.end() - 1, last - 1);
   return rows;
 }
 
 }  // namespace
 
-Json playback(const Stage& stage, std::int64_t most, const Part& closer) {
+Json playback(const Stage& stage, std::int64_t most, const Part& part) {
   const auto& m = *stage.mechanism;
   Json bodies = shapes_of(stage.bodies, stage.urdf, stage.touching, *stage.meshes);
   std::map<std::string, const mechanics::BodyFrame*> frames;
@@ -234,9 +233,9 @@ Json playback(const Stage& stage, std::int64_t most, const Part& closer) {
   const std::int64_t records = stage.records->count();
   const bool all = records <= most;
   Json clips = Json::array();
-  const auto rows = frames_of(*stage.records, all || !closer.whole() ? most : most / 2, closer);
-  clips.push_back(Clip(stage, rows, closer).json("whole run"));
-  if (!all && closer.whole())
+  const auto rows = frames_of(*stage.records, all || !part.whole() ? most : most / 2, part);
+  clips.push_back(Clip(stage, rows, part).json("whole run"));
+  if (!all && part.whole())
     clips.push_back(Clip(stage, evenly(most / 2, most / 2), {}).json("beginning"));
   const auto& g = stage.gravity;
   Json world = Json::array();

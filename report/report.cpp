@@ -85,17 +85,17 @@ std::vector<fs::path> model_folders(const scene::Scene& s) {
 }
 
 std::string write_report(const fs::path& folder, const fs::path& out, const fs::path& page,
-                         const std::vector<fs::path>& models, const Part& closer) {
+                         const std::vector<fs::path>& models, const Part& part) {
   const Frame frame = frame_of(page);
-  auto data = page_data(folder, models, closer);
+  auto data = page_data(folder, models, part);
   scene::write_file(out, frame.before + in_script(data.json) + frame.after);
   return std::move(data.missing_meshes);
 }
 
 void write_part(const fs::path& folder, const fs::path& out, const fs::path& page,
-                const Part& closer) {
+                const Part& part) {
   const Frame frame = frame_of(page);
-  std::string data = page_data(folder, {}, closer).json;
+  std::string data = page_data(folder, {}, part).json;
   std::error_code none;
   if (const fs::path known = folder / "report.html"; fs::exists(known, none))
     data = with_shapes_of(scene::read_file(known), frame, data);

@@ -34,10 +34,10 @@ struct PageData {
 /// several phases, a comparison, an ensemble; what cannot be read is named in it.
 /// @param models  the folders of the model files, where the meshes are that they name; empty:
 ///   bodies are shown by other shapes
-/// @param closer  of this part the playback has as many records as there is room for
+/// @param part  the playback is of this part alone
 /// @throws InvalidArgument if the folder holds no results at all
 PageData page_data(const std::filesystem::path& folder,
-                   const std::vector<std::filesystem::path>& models = {}, const Part& closer = {});
+                   const std::vector<std::filesystem::path>& models = {}, const Part& part = {});
 inline std::string report_json(const std::filesystem::path& folder,
                                const std::vector<std::filesystem::path>& models = {}) {
   return page_data(folder, models).json;
@@ -47,19 +47,19 @@ inline std::string report_json(const std::filesystem::path& folder,
 std::vector<std::filesystem::path> model_folders(const scene::Scene& scene);
 
 /// Fills the template and writes `out` (under a temporary name, then renamed).
-/// @param models, closer  as in page_data()
+/// @param models, part  as in page_data()
 /// @return PageData::missing_meshes
 /// @throws InvalidArgument if a file cannot be read or written, or the template has no place for
 ///   the data
 std::string write_report(const std::filesystem::path& folder, const std::filesystem::path& out,
                          const std::filesystem::path& page,
                          const std::vector<std::filesystem::path>& models = {},
-                         const Part& closer = {});
+                         const Part& part = {});
 
 /// Writes a page for a film of a part of a run: that of write_report() with the shapes of the
 /// folder's report.html, if there is one of this version, which knows the meshes.
 /// @throws InvalidArgument as write_report()
 void write_part(const std::filesystem::path& folder, const std::filesystem::path& out,
-                const std::filesystem::path& page, const Part& closer);
+                const std::filesystem::path& page, const Part& part);
 
 }  // namespace porthos::report

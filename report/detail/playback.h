@@ -43,14 +43,14 @@ void add_poses(std::span<const mechanics::Transform<double>> pose, const mechani
 Json motion(const Stage& stage, std::int64_t most);
 
 /// Poses of the moving bodies at no more than `most` records, equally far apart: whole run, and
-/// where records were left out also its beginning, record by record. closer: a part of the run
-/// whose records come first, as many as there is room for. {bodies: shapes with node and pose,
+/// where records were left out also its beginning, record by record. part: that
+/// of the run alone. {bodies: shapes with node and pose,
 /// world: [{kind, size, p, q}] that contacts touch, nodes, clips: [{name, t, origin, poses,
 /// orbit?, turn, momenta?, forces}]}: origin [m] of each frame and, relative to it, seven numbers
 /// per node (place, quaternion w x y z); turn: the largest rotation of a body or a joint between
 /// two frames, from their poses or their rates, in the part [rad]; momenta: nine numbers per frame
 /// (centre of mass relative to the origin, momentum, angular momentum about that centre, world
 /// axes); forces: [{body, v}], what a joint exerts on the body, in its axes [N].
-Json playback(const Stage& stage, std::int64_t most, const Part& closer = {});
+Json playback(const Stage& stage, std::int64_t most, const Part& part = {});
 
 }  // namespace porthos::report
