@@ -202,7 +202,7 @@ def test_lines_that_are_zero_are_counted(run, monkeypatch):
     t = np.linspace(0, 1, 5)
     for idle, names in ((7, ["moves", "7 others: 0"]), (2, ["moves", "still_0", "still_1"])):
         lines = {"moves": t, **{f"still_{k}": 0 * t for k in range(idle)}}
-        monkeypatch.setattr(type(run), "motion", lambda self: {"joints [rad]": lines, "time [s]": {"t": t}})
+        monkeypatch.setattr(type(run), "motion", lambda self, bands: {"joints [rad]": lines, "time [s]": {"t": t}})
         assert [k.get_text() for k in ph.plot(run, what="joints").axes[0].get_legend().get_texts()] == names
 
 
@@ -227,7 +227,7 @@ def test_the_command_draws_the_same_panels(run, tmp_path):
 def test_a_line_of_several_panels_is_named_with_its_panel(run, monkeypatch, tmp_path):
     t = np.linspace(0, 1, 5)
     panels = {"tip [m]": {"x": t, "y": -t}, "bus [m]": {"x": 2 * t}, "time [s]": {"t": t}}
-    monkeypatch.setattr(type(run), "motion", lambda self: {k: dict(v) for k, v in panels.items()})
+    monkeypatch.setattr(type(run), "motion", lambda self, bands: {k: dict(v) for k, v in panels.items()})
     (line,) = [k for k in ph.plot(run, what="bus.x").axes[0].get_lines() if len(k.get_xdata()) == 5]
     assert np.array_equal(line.get_ydata(), 2 * t)
     assert ph.plot(run, what="y").axes[0].get_title() == "y"
@@ -249,7 +249,7 @@ def test_one_palette(source):
 
 def test_outputs_have_a_panel_for_each_unit(run, monkeypatch):
     t = np.linspace(0, 1, 5)
-    monkeypatch.setattr(type(run), "motion", lambda self: {"outputs [rad]": {"a": t}, "com [m]": {"x": t}, "outputs [m]": {"b": t}, "time [s]": {"t": t}})
+    monkeypatch.setattr(type(run), "motion", lambda self, bands: {"outputs [rad]": {"a": t}, "com [m]": {"x": t}, "outputs [m]": {"b": t}, "time [s]": {"t": t}})
     axes = ph.plot(run, what="motion").axes
     assert [(a.get_title(), a.get_ylabel()) for a in axes] == [("outputs", "rad"), ("com", "m"), ("outputs", "m")]
     for what, line in (("outputs [rad]", "a"), ("outputs [m]", "b")):
@@ -272,7 +272,7 @@ def of_motion(monkeypatch, run, **panels):
     """The run as if it had moved so: lines by the titles of panels, over 0 ... 20 s."""
     t = np.linspace(0, 20, 201)
     lines = {k.replace("_", " "): {n: f(t) for n, f in v.items()} for k, v in panels.items()}
-    monkeypatch.setattr(type(run), "motion", lambda self: {**{k: dict(v) for k, v in lines.items()}, "time [s]": {"t": t}})
+    monkeypatch.setattr(type(run), "motion", lambda self, bands: {**{k: dict(v) for k, v in lines.items()}, "time [s]": {"t": t}})
     return t
 
 

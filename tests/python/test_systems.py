@@ -303,7 +303,7 @@ def test_regulation_of_an_arm_on_its_ports(pendulum):
     assert es.joint_regulation(model, [0, 0], 3, 0.8, skip=["lower"]).actuators == ["upper.torque"]
     refused(lambda: es.joint_regulation(model, [0, 0], 3, 0.8, skip=["lowr"]), "skip 'lowr'", "upper.torque, lower.torque")
     wrong = es.PotentialShaping(joints=[es.JointSpring(port="upper.torque", stiffness=1)], rest=[0.4, -0.2], actuators=["upper.torque"])
-    refused(lambda: es.PotentialLoop(model, wrong), "joint 'lower' needs a force no actuator provides: drive it", "expected at most", most=400)
+    refused(lambda: es.PotentialLoop(model, wrong), "joint 'lower' needs a force no actuator provides: choose a rest at which it hangs", "expected at most", most=400)
 
 
 def test_actuators_of_the_catalogue(pendulum):
