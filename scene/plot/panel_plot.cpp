@@ -72,11 +72,7 @@ std::string panel_plot(const Scene& scene, const Assembly& assembly, const RunRe
   });
   std::vector<TracePanel> panels{tips};
   if (base >= 0) panels.push_back(rates);
-  for (TracePanel& p : panels)
-    for (TraceLine& l : p.lines) {
-      l.t = shown.times(l.t);
-      l.value = shown.values(l.value);
-    }
+  shown.reduce(panels);
   return trace_plot(panels, scene.title, plot_subtitle(report));
 }
 

@@ -64,6 +64,14 @@ std::vector<double> Shown::times(const std::vector<double>& t) const {
   return shown;
 }
 
+void Shown::reduce(std::vector<TracePanel>& panels) const {
+  for (TracePanel& p : panels)
+    for (TraceLine& l : p.lines) {
+      l.t = times(l.t);
+      l.value = values(l.value);
+    }
+}
+
 std::vector<double> Shown::values(const std::vector<double>& v) const {
   assert(v.size() == rows_.size());
   if (parts_.empty()) return v;

@@ -2,6 +2,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "scene/plot/trace_plot.h"
+
 namespace porthos::scene {
 
 inline constexpr std::int64_t most_shown = 1500;  ///< values of a line in a picture
@@ -31,6 +33,8 @@ class Shown {
   /// What is shown of a series: of a part the least and the largest, in the order in which they
   /// came. nan where a part has no other. v: of rows()
   std::vector<double> values(const std::vector<double>& v) const;
+  /// What is shown of panels whose lines are of rows().
+  void reduce(std::vector<TracePanel>& panels) const;
 
  private:
   std::vector<std::int64_t> rows_;

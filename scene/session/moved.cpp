@@ -90,11 +90,7 @@ std::vector<TracePanel> panels_of(const Records& r, const mechanics::Mechanism& 
     records.outputs.emplace_back(name, r.unit("output/" + name));
   records.springs = springs;
   auto panels = motion_panels(m, records);
-  for (TracePanel& p : panels)
-    for (TraceLine& l : p.lines) {
-      l.t = shown.times(l.t);
-      l.value = shown.values(l.value);
-    }
+  shown.reduce(panels);
   return panels;
 }
 

@@ -75,6 +75,40 @@ inline Objective objective() {
   return {.end = weighted(1), .sampled = weighted(0.125), .running = {}};
 }
 
+/// How far the gradient is from that of the midpoint rule, relative: a control.
+inline double apart_from_midpoint(const RunGradient& r, const Problem& p, int steps) {
+  const auto midpoint = gradient_of_run("midpoint", *p.model, p.start, p.h, steps, objective());
+  double apart = 0, size = 0;
+  for (size_t i = 0; i < r.start.size(); ++i) {
+    apart += std::fabs(midpoint.start[i] - r.start[i]);
+    size += std::fabs(r.start[i]);
+  }
+  return apart / size;
+}
+
+/// Slopes along direction() and by the duration against Richardson's differences of the cost.
+/// gradient(by, longer): of a start moved by so much of the direction, and steps longer by that
+/// part.
+template <class Gradient>
+void expect_slopes_of_differences(const std::string& method, const Gradient& gradient,
+                                  double duration, double by) {
+  const auto richardson = [by](const auto& cost) {
+    const auto once = [&](double d) { return (cost(d) - cost(-d)) / (2 * d); };
+    return (4 * once(by) - once(2 * by)) / 3;
+  };
+  const RunGradient r = gradient(0, 0);
+  const Vec d = direction(r.start.size());
+  double slope = 0;
+  for (size_t i = 0; i < d.size(); ++i) slope += r.start[i] * d[i];
+  const double expected = richardson([&](double x) { return gradient(x, 0).cost; }),
+               longer = richardson([&](double x) { return gradient(0, x).cost; }) / duration;
+  std::printf("  %-20s slope %.9g off by %.1e, by the duration %.9g off by %.1e (bounds 1e-8)\n",
+              method.c_str(), slope, std::fabs(slope / expected - 1), r.duration,
+              std::fabs(r.duration / longer - 1));
+  EXPECT_NEAR(slope, expected, 1e-8 * std::fabs(expected));
+  EXPECT_NEAR(r.duration, longer, 1e-8 * std::fabs(longer));
+}
+
 inline Problem henon_heiles() {
   return test::user_problem(test::HenonHeiles{}, {0, 0.3, 0.35, 0.2}, 0.1);
 }
