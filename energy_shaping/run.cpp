@@ -179,12 +179,19 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
     for (size_t j = 0; j < at.size(); ++j)
       run.peak[j] = std::max(run.peak[j], std::fabs(u[size_t(at[j])]));
     if (k % every == 0 || k == steps) record();
+    const auto end = [&](integrators::Outcome outcome, double energy) {
+      run.finished = false;
+      run.outcome = why_ended(loop, x0, s.x, double(s.step) * o.step, outcome, energy, limited);
+    };
+    if (!loop.hindrance(s.x).empty()) {
+      end(integrators::Outcome::ok, H);
+      break;
+    }
     if (k == steps) break;
     const auto outcome = integrator->step(s);
     const double next = law->hamiltonian(s.x);
     if (outcome != integrators::Outcome::ok || !std::isfinite(next)) {
-      run.finished = false;
-      run.outcome = why_ended(loop, x0, s.x, double(s.step) * o.step, outcome, next, limited);
+      end(outcome, next);
       break;
     }
     run.rise = std::max(run.rise, next - H);

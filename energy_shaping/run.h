@@ -59,7 +59,9 @@ struct Run {
       0;  ///< Simpson's rule against trapezoids: bounds the error of `dissipated` [J]
   double injected =
       0;  ///< H_d(end) - H_d(0) + dissipated: what sampling, limits and another plant put in [J]
-  bool finished = true;        ///< false: the integrator failed or gave non-finite numbers
+  /// false: the integrator failed, gave non-finite numbers, or the law is not meant for the last
+  /// state (ClosedLoop::hindrance)
+  bool finished = true;
   std::string outcome = "ok";  ///< of a run that did not finish: why
 };
 /// @throws InvalidArgument for a period that is no multiple of the step, or sizes that do not fit

@@ -32,6 +32,7 @@ class Runs {
         x_(n_),
         u_(size_t(loop.plant().description().nu)),
         less_(u_),
+        one_(n_),
         kutta_(n_) {}
 
   void run(const std::vector<std::vector<double>>& gains, size_t first,
@@ -50,7 +51,10 @@ class Runs {
     const Pack8 first_energy = system_->hamiltonian(x_) - rest;
     Pack8 peak(0.0), settling(0.0), excursion(0.0), energy = first_energy;
     const auto steps = std::int64_t(std::llround(o_.duration / o_.step));
+    bool defined[8];
+    std::fill_n(defined, 8, true);
     for (std::int64_t s = 0; s < steps; ++s) {
+      still(lanes, defined);
       inputs(peak);
       step();
       energy = system_->hamiltonian(x_) - rest;
@@ -59,6 +63,7 @@ class Runs {
       for (size_t i = 0; i < n_ / 2; ++i)
         excursion = phs::max(excursion, phs::abs(x_[i] - Pack8(loop_.rest()[i])));
     }
+    still(lanes, defined);
     for (size_t l = 0; l < lanes; ++l) {
       auto& r = results[first + l];
       const int lane = int(l);
@@ -67,12 +72,22 @@ class Runs {
       r.finite = std::isfinite(r.residual);
       r.peak = peak[lane];
       r.max_excursion = excursion[lane];
-      r.settling =
-          r.finite && settling[lane] < o_.duration - 0.5 * o_.step ? settling[lane] : HUGE_VAL;
+      r.defined = defined[l];
+      r.settling = r.finite && r.defined && settling[lane] < o_.duration - 0.5 * o_.step
+                       ? settling[lane]
+                       : HUGE_VAL;
     }
   }
 
  private:
+  /// Of runs within their law's domain up to here: which are there now.
+  void still(size_t lanes, bool* defined) {
+    for (size_t l = 0; l < lanes; ++l) {
+      if (!defined[l]) continue;
+      for (size_t i = 0; i < n_; ++i) one_[i] = x_[i][int(l)];
+      defined[l] = loop_.hindrance(one_).empty();
+    }
+  }
   void inputs(Pack8& peak) {
     system_->law(Pack8(0.0), x_, u_);
     limit();
@@ -101,6 +116,7 @@ class Runs {
   std::unique_ptr<LoopSystem<Pack8>> system_;
   size_t n_;
   Lanes x_, u_, less_;
+  std::vector<double> one_;
   RungeKutta<Pack8> kutta_;
 };
 

@@ -11,12 +11,14 @@ namespace porthos::energy_shaping {
 /// One run of a sweep.
 struct SweepResult {
   std::vector<double> gains;
-  double settling =
-      0;  ///< time after which H_d - H_d(rest) stays below `settled` of its start [s]; inf: never
+  /// Time after which H_d - H_d(rest) stays below `settled` of its start [s]. inf: never, or not
+  /// `defined`.
+  double settling = 0;
   double peak = 0;           ///< largest |u| [N m | N]
   double residual = 0;       ///< (H_d - H_d(rest)) / its start, at the end
   double max_excursion = 0;  ///< largest |q_i - q_i*|
   bool finite = true;
+  bool defined = true;  ///< false: the run left where the law is meant (ClosedLoop::hindrance)
 };
 
 /// What a sweep of gains runs, and how the runs are judged.

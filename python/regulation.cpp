@@ -202,8 +202,10 @@ auto renamed(const char* old, const char* now, double es::SweepResult::*number) 
 void bind_sweep(py::module_& m) {
   py::class_<es::SweepResult>(m, "SweepResult", "One run of a sweep.")
       .def_readonly("gains", &es::SweepResult::gains)
-      .def_readonly("settling", &es::SweepResult::settling,
-                    "Time after which H_d stays below `settled` of its start [s]; inf: never.")
+      .def_readonly(
+          "settling", &es::SweepResult::settling,
+          "Time after which H_d stays below `settled` of its start [s]; inf: never, or not "
+          "`defined`.")
       .def_readonly("peak", &es::SweepResult::peak, "Largest |u| [N m | N].")
       .def_readonly("residual", &es::SweepResult::residual, "Share of H_d that is left at the end.")
       .def_readonly("max_excursion", &es::SweepResult::max_excursion, "Largest |q_i - q_i*|.")
@@ -212,7 +214,10 @@ void bind_sweep(py::module_& m) {
       .def_property_readonly("travel",
                              renamed("travel", "max_excursion", &es::SweepResult::max_excursion),
                              "Deprecated: max_excursion.")
-      .def_readonly("finite", &es::SweepResult::finite);
+      .def_readonly("finite", &es::SweepResult::finite)
+      .def_readonly("defined", &es::SweepResult::defined,
+                    "False: the run left where the law is meant (half_width of "
+                    "numerical_matching).");
   m.def(
       "sweep",
       [](const es::ClosedLoop& loop, const std::vector<Numbers>& gains, Numbers start,

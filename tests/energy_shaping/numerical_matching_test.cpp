@@ -3,6 +3,7 @@
 
 #include "energy_shaping/certify.h"
 #include "energy_shaping/port_law.h"
+#include "energy_shaping/sweep.h"
 #include "tests/energy_shaping/robots.h"
 
 namespace porthos::energy_shaping::numerical_matching_test {
@@ -290,6 +291,29 @@ TEST(NumericalMatching, TellsWhatLeftItsInterval) {
   EXPECT_EQ(said(0.1, 0), "");
   EXPECT_EQ(said(-0.9, 0).find("controller 'law': 'elbow' is -0.9, outside"), 0u);
   EXPECT_EQ(said(0.1, 1).find("controller 'law': 'elbow' is 6.383, outside"), 0u);
+}
+
+/// A run that leaves the interval and comes back was not under a law that is made for it: it ends
+/// where it left, and a sweep gives it no settling time. Control: a start that stays within.
+TEST(NumericalMatching, ARunThatComesBackIntoTheIntervalDoesNotCount) {
+  auto narrow = pendubot();
+  narrow.half_width = 0.4;
+  const auto loop = numerical_matching(two_links(), narrow);
+  const auto tried = [&](double rate) {
+    const auto start = loop->state(Vec{0, 0.1}, Vec{0, rate});
+    const std::vector<std::vector<double>> gains{{pendubot().ku, pendubot().kv}};
+    const auto swept = sweep(*loop, gains, {.start = start, .duration = 20, .step = 0.005})[0];
+    const auto run = simulate(*loop, start, {.duration = 20, .step = 0.005});
+    std::printf("  rate %g: excursion %.3f, H_d left %.1e, settled in %.2g s; %s\n", rate,
+                swept.max_excursion, swept.residual, swept.settling, run.outcome.c_str());
+    EXPECT_EQ(swept.defined, run.finished);
+    EXPECT_EQ(swept.defined, std::isfinite(swept.settling));
+    return swept;
+  };
+  EXPECT_TRUE(tried(0).defined);
+  const auto left = tried(0.3);
+  EXPECT_FALSE(left.defined);
+  EXPECT_LT(left.residual, 0.01) << "it came back: by its energy alone it settled";
 }
 
 /// A certificate tells the interval and looks at no place beyond it. Controls: the interval itself
