@@ -56,7 +56,10 @@ class TimeStepping final : public integrators::Integrator {
     const Outcome o = solve(t, h);
     cost_.evaluations += field_.evaluations();
     if (o != Outcome::ok) return o;
-    if (!contacts_.points.empty() && gains()) return Outcome::failed;
+    if (!contacts_.points.empty() && gains(cones_.reached())) {
+      trouble_ = fmt::format("the contacts do {:.1e} J of work in a step, expected none", work_);
+      return Outcome::failed;
+    }
     book(t, h);
     for (size_t k = 0; k < n_; ++k) phs::compensated_add(s.x[k], s.lo[k], delta_[k]);
     for (const auto& r : rotations_) normalise(r, s);
@@ -79,7 +82,7 @@ class TimeStepping final : public integrators::Integrator {
   /// rows to its middle; after these the rows stay, and the sweeps contract.
   static constexpr int foreseeing = 2, placing = 3;
   /// A change of δ, relative, below which impulses stay.
-  static constexpr double near = 10 * Cones::residual;
+  static constexpr double nearest = 10 * Cones::least_residual;
   /// Of the residual times impulses and velocities: a step that gains more fails.
   static constexpr double most_gain = 1e3;
 
@@ -100,28 +103,41 @@ class TimeStepping final : public integrators::Integrator {
     contacts_.choose(q_of(start_), q_of(point_), h, [&](std::uint64_t k) { return last(k); });
     cones_.begin(contacts_);
     measure();
+    int placed = 0;
+    for (double near = std::max(nearest, options_.iteration_tolerance);;) {
+      Outcome o = iterate(t, h, near, placed);
+      if (o == Outcome::ok) o = settle(t, h);
+      // Impulses that are wanted less exactly may do work: then more exactly.
+      if (o != Outcome::ok || near == nearest || !gains(Cones::least_residual)) return o;
+      near = std::max(nearest, 0.1 * near);
+    }
+  }
+  /// δ and the impulses until changes of δ are below `near`. placed: sweeps that moved the rows
+  Outcome iterate(double t, double h, double near, int& placed) {
     double change = 1, enough = 1;
     double least = near;  // of changes that matter
     for (int sweep = 0; !contacts_.points.empty() && std::max(change, enough) > least; ++sweep) {
       if (sweep == options_.max_sweeps) return Outcome::not_converged;
-      if (sweep < placing) {
+      const bool places = placed < placing;
+      if (places) {
         for (size_t i = 0; i < nq_; ++i) point_[i] = start_[i] + 0.5 * delta_[i];
         contacts_.place(q_of(point_), q_dot_);
+        ++placed;
       }
       evaluate(t, h);
       enough = 0.01 * change;
-      if (!push(enough)) return Outcome::not_converged;
+      if (!push(std::max(0.1 * near, enough))) return Outcome::not_converged;
       add_impulses();
       const auto moved = move();
       if (!moved.finite) return Outcome::not_finite;
-      change = sweep < placing ? 1 : moved.change;
+      change = places ? 1 : moved.change;
       if (cones_.stalled()) least = std::max(least, 100 * cones_.reached());
     }
-    return settle(t, h);
+    return Outcome::ok;
   }
   /// δ for these impulses, to rounding: the balance closes as far as that.
   Outcome settle(double t, double h) {
-    integrators::Stagnation end = integrators::Stagnation::of<double>(options_.iteration_tolerance);
+    integrators::Stagnation end = integrators::Stagnation::of<double>();
     end.restart();
     for (int sweep = 0; sweep < options_.max_sweeps; ++sweep) {
       evaluate(t, h);
@@ -179,18 +195,17 @@ class TimeStepping final : public integrators::Integrator {
   }
 
   /// The mean velocities of the last sweep. @return whether contacts do work with them, beyond what
-  /// the residual leaves
-  bool gains() {
+  /// a residual leaves
+  bool gains(double residual) {
     std::fill(change_.begin(), change_.end(), 0.0);
     contacts_.free_velocities(field_.efforts().subspan(nq_, nq_), change_);
-    double work = 0, size = 0;
+    double size = 0;
+    work_ = 0;
     for (const auto& each : contacts_.points) {
-      work += dot(each.in_axes(each.impulse), each.free);
+      work_ += dot(each.in_axes(each.impulse), each.free);
       size += norm(each.impulse) * cones_.scale();
     }
-    if (!(work > most_gain * std::max(Cones::residual, cones_.reached()) * size)) return false;
-    trouble_ = fmt::format("the contacts do {:.1e} J of work in a step, expected none", work);
-    return true;
+    return work_ > most_gain * std::max(Cones::least_residual, residual) * size;
   }
   /// The works, in the last sweep's mean velocities, and what is carried.
   void book(double t, double h) {
@@ -252,6 +267,7 @@ class TimeStepping final : public integrators::Integrator {
   std::vector<integrators::Jump> jumps_;
   std::string trouble_;
   double worst_ = 0;  ///< residual of a step
+  double work_ = 0;   ///< of the contacts in a step [J]
 };
 
 void check(const ContactModel& contacts) {

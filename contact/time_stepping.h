@@ -21,7 +21,7 @@ namespace porthos::contact {
 /// The works are the powers "<name>.impact" and "<name>.friction"; "<name>.impacts" counts contacts
 /// that begin. Gaps are kept as velocities: one that closes at the speed v stays open or overlaps
 /// by up to h v/2. Cost of a step beyond the model's: a sweep over the contacts takes O(c) and as
-/// many are made as the residual 1e-11 needs.
+/// many are made as the residual needs: 1e-11, or Options::iteration_tolerance where that is more.
 /// @param whole  a model whose state begins with that of the mechanism in `contacts`; both must
 ///   outlive the method
 /// @throws InvalidArgument for a soft contact or stop whose force begins at the touch, for dry

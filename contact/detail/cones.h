@@ -5,7 +5,7 @@ namespace porthos::contact {
 
 /// The impulses of a step by non-smooth Gauss-Seidel: one contact after another gets the exact
 /// impulse of its cone, in a fixed order, until none would change a velocity by more than
-/// `residual` of the largest (Jean 1999; Acary, Brogliato 2008, 13.7.4). Where that takes long, a
+/// a wanted part of the largest (Jean 1999; Acary, Brogliato 2008, 13.7.4). Where that takes long, a
 /// small cluster of contacts is given to ConeNewton, and the sweeps judge what it found.
 ///
 /// The law is one of mean velocities u over the step, with u⁻ that at its start:
@@ -15,11 +15,11 @@ namespace porthos::contact {
 /// step in which a load turns a slip round: there P_t is against u_t itself (`damps` is false).
 class Cones {
  public:
-  static constexpr double residual = 1e-11;
+  static constexpr double least_residual = 1e-11;  ///< that is asked for
   /// An approach below this part of the largest velocity is none: at rest it is what the residual
   /// left, and corners of one body would contradict each other about it.
   static constexpr double quiet = 1e-8;
-  /// Taken where `residual` is not reached in most_sweeps.
+  /// Taken where the wanted residual is not reached in most_sweeps.
   static constexpr double accepted = 1e-2;
   static constexpr int most_sweeps = 1000;
   static constexpr int patience = 50;  ///< sweeps before Newton's method
@@ -29,9 +29,9 @@ class Cones {
 
   /// At the start of a step: all clusters damp.
   void begin(const StepContacts& contacts) { clusters_.assign(contacts.clusters(), {}); }
-  /// From the points' free velocities and impulses, which it changes, to `residual` or to `enough`
-  /// if that is more. @return whether it is reached
-  bool solve(StepContacts& contacts, double enough = 0) {
+  /// From the points' free velocities and impulses, which it changes, to `residual`, relative.
+  /// @return whether it is reached
+  bool solve(StepContacts& contacts, double residual) {
     scale_ = 0;
     for (auto& each : contacts.points) {
       for (const Vec3d& u : {each.before, each.free, each.cone.times(each.in_axes(each.impulse))})
@@ -43,7 +43,7 @@ class Cones {
     }
     if (!std::isfinite(scale_)) return false;
     for (auto& each : contacts.points) each.target = target(each);
-    wanted_ = std::max(residual, enough) * scale_;
+    wanted_ = residual * scale_;
     std::fill(v_.begin(), v_.end(), 0.0);
     for (int sweep = 0; sweep < most_sweeps; ++sweep) {
       for (auto& each : clusters_) each.reached = each.square = each.work = 0;

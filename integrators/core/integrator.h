@@ -105,7 +105,8 @@ struct Options {
   double binding = 0;     ///< ω of Tao's methods [1/s]; 0: their own choice
   /// 0: iterate to stagnation. Otherwise stop when no sweep moves a stage by more than this,
   /// relative. The remaining error is biased, so the energy drifts slowly. For tolerances far above
-  /// rounding this halves the work; smaller ones serve as a control.
+  /// rounding this halves the work; smaller ones serve as a control. Of "moreau": the residual of
+  /// the impulses, 1e-10 or more.
   double iteration_tolerance = 0;
   /// Ascending times at which the system jumps [s]; they are ends of steps. There a method restarts
   /// what it carries from step to step (a library's history, the variable of a step control).
