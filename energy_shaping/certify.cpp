@@ -7,6 +7,7 @@
 #include <random>
 
 #include "energy_shaping/derivatives.h"
+#include "energy_shaping/detail/basin_inputs.h"
 #include "energy_shaping/detail/certify_runs.h"
 #include "energy_shaping/detail/region.h"
 #include "energy_shaping/modes.h"
@@ -83,86 +84,6 @@ void held_joints(const ClosedLoop& loop, Certificate& c) {
             names +
                 ": neither stiffness nor actuator; drive them, fix them, or give them springs, "
                 "JointSpec(stiffness=), with compensate = false");
-}
-
-/// Where limits act: the least H_d - H_d(rest) at which an input asks for more, among states on
-/// straight ways from the rest point.
-class LimitReached {
- public:
-  LimitReached(const ClosedLoop& loop, const Vec& limits)
-      : loop_(loop),
-        limits_(limits),
-        law_(loop.loop<double>()),
-        u_(size_t(loop.plant().description().nu)),
-        x_(loop.rest()),
-        rest_(law_->hamiltonian(x_)) {}
-  void along(const Vec& end) {
-    for (int i = 1; i <= 20; ++i) {
-      for (size_t k = 0; k < x_.size(); ++k)
-        x_[k] = loop_.rest()[k] + i / 20.0 * (end[k] - loop_.rest()[k]);
-      law_->law(0.0, x_, u_);
-      for (size_t j = 0; j < limits_.size(); ++j)
-        if (std::fabs(u_[size_t(loop_.actuated()[j])]) > limits_[j]) {
-          least_ = std::min(least_, law_->hamiltonian(x_) - rest_);
-          return;
-        }
-    }
-  }
-  double level() const { return rest_ + least_; }  ///< H_d, infinite where none was reached
-  std::string text(double depth) const {
-    if (limits_.empty()) return "";
-    return least_ < depth ? fmt::format(
-                                "; of the states sampled it acts from c - H_d(rest) = {:.3g} up, "
-                                "of others from less",
-                                least_)
-                          : "; it does not act below c";
-  }
-
- private:
-  const ClosedLoop& loop_;
-  const Vec& limits_;
-  std::unique_ptr<LoopSystem<double>> law_;
-  Vec u_, x_;
-  double rest_, least_ = HUGE_VAL;
-};
-
-/// Returns the H_d from which the limits act.
-double inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& basin,
-                       const Vec& limits, Certificate& c) {
-  const auto law = loop.loop<double>();
-  std::mt19937_64 generator(region.seed + 2);
-  Vec u(size_t(loop.plant().description().nu)), at, peaks(loop.actuated().size());
-  double peak = 0;
-  LimitReached reached(loop, limits);
-  int inside_basin = 0;
-  const size_t n = region.lower.size();
-  for (int i = 0; i < 20000; ++i) {
-    Vec x = random_state_of(loop, region, generator);
-    Vec still = x;
-    std::fill(still.begin() + long(n), still.end(), 0.0);
-    const double V = law->hamiltonian(still), T = law->hamiltonian(x) - V;
-    if (!(V < basin.level) || !(T > 0)) continue;
-    const double scale = std::sqrt((basin.level - V) / T);  // onto the level set
-    for (size_t k = n; k < 2 * n; ++k) x[k] *= scale;
-    law->law(0.0, x, u);
-    ++inside_basin;
-    if (!limits.empty()) reached.along(x);
-    for (size_t j = 0; j < peaks.size(); ++j) {
-      const double size = std::fabs(u[size_t(loop.actuated()[j])]);
-      peaks[j] = std::max(peaks[j], size);
-      if (size > peak) {
-        peak = size;
-        at = x;
-      }
-    }
-  }
-  const std::string share = share_of_limits(peaks, limits);
-  c.report("input on the basin", peak,
-           fmt::format("largest |u| on H_d = c, {} states sampled{}{}", inside_basin,
-                       share.empty() ? "" : "; ", share) +
-               reached.text(basin.depth),
-           {}, at);
-  return reached.level();
 }
 
 /// H_d of each start against the level c of the basin. Where V_d stays below c on the straight way
