@@ -155,6 +155,9 @@ int WholeBody::unknowns() const { return int(work_->n); }
 
 void WholeBody::touch(size_t contact, Touch now) { work_->touch.at(contact) = now; }
 Touch WholeBody::touch(size_t contact) const { return work_->touch.at(contact); }
+PointMotion WholeBody::contact(size_t contact) const {
+  return work_->point(work_->cones.at(contact).frame);
+}
 
 void WholeBody::update(std::span<const double> q, std::span<const double> v) {
   Work& w = *work_;
@@ -171,6 +174,12 @@ void WholeBody::update(std::span<const double> q, std::span<const double> v) {
   for (size_t i = 0; i < w.m->nodes().size(); ++i)
     if (w.m->nodes()[i].parent < 0) w.net += w.pose[i].to_parent(w.kernel.b[i]);
   for (size_t i = 0; i < w.cones.size(); ++i) {
+    if (const double r = w.o.contacts[i].radius; r > 0) {
+      const auto& own = w.o.contacts[i];
+      auto frame = w.m->body(own.body);
+      const Vec3d down = w.pose[size_t(frame.node)].R.tmul(-r * w.cones[i].normal);
+      w.cones[i].frame.pose.r = frame.pose.R * own.position + frame.pose.r + down;
+    }
     w.Jc.middleRows<3>(3 * long(i)) = w.jacobian(w.cones[i].frame).bottomRows<3>();
     const auto drift = w.drift(w.cones[i].frame);
     for (long k = 0; k < 3; ++k) w.Jc_dot_v[3 * long(i) + k] = drift[3 + k];

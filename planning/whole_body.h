@@ -29,6 +29,7 @@ struct ContactPoint {
   double least = 0;                                       ///< normal force [N], ≥ 0
   double most = std::numeric_limits<double>::infinity();  ///< normal force [N]
   Touch touch = Touch::holds;                             ///< until WholeBody::touch() changes it
+  double radius = 0;  ///< of a ball about `position`, which touches at its lowest point [m]
 };
 
 /// Limits of a joint of one freedom. What is not stated is not limited.
@@ -90,6 +91,8 @@ class WholeBody {
   /// What a contact does from now on. @param contact  in the order of the options
   void touch(size_t contact, Touch now);
   Touch touch(size_t contact) const;
+  /// Where a contact's point is at the last update(): of a ball the lowest one.
+  PointMotion contact(size_t contact) const;
 
   /// Where a point of a body is at the last update(). @param position  in the body's frame [m]
   PointMotion point(const std::string& body, const mechanics::Vec3d& position) const;

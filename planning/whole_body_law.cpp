@@ -17,7 +17,8 @@ using mechanics::Vec3d;
 /// A contact is closed up to here [m].
 constexpr double closed = 1e-3;
 
-// The memory: these numbers, then four for each task, then the force on each support.
+// The memory: these numbers, then four for each task, then the force on each support, then what the
+// gait remembers.
 enum Told { instants, gave_way, gave_way_first, unkept, unkept_first, told_size };
 enum OfTask { error_now, error_worst, error_when, missed, of_task };
 
@@ -31,6 +32,15 @@ Vec3d turn_between(const mechanics::Quaternion<double>& from,
 }
 
 double at_time(const phs::FunctionPtr& f, double t) { return f ? (*f)(t) : 0.0; }
+
+/// Towards an attitude: ω² turn - 2 ζ ω turning.
+Vec3d turn_back(const PointMotion& p, const mechanics::Quaternion<double>& wanted, double bandwidth,
+                double loss) {
+  const auto xi = mechanics::quaternion_of(p.R);
+  return bandwidth * bandwidth *
+             turn_between(mechanics::Quaternion<double>::load(xi.data()), wanted) -
+         loss * p.turning;
+}
 
 /// x_d, x_d' and x_d'' of one axis at t; the last by a dual number.
 std::array<double, 3> wanted_at(const phs::Motion& m, double t) {
@@ -49,12 +59,20 @@ struct WholeBodyLaw::Work {
   size_t contacts = 0;
   std::vector<double> v_dot;
   std::vector<TaskLevel> levels;
+  // With a gait, at an instant:
+  Gait::Seen seen;
+  Gait::Plan plan;
 
   TaskLevel task(const SteeredTask& s, double t, std::span<const double> q,
                  std::span<const double> v);
   TaskLevel points(const SteeredTask& s, double t);
+  TaskLevel swing(const SteeredTask& s);
+  bool near(const ContactPoint& p, const Vec3d& at) const;
+  void step(double t, std::span<double> memory);
   void touch(double t);
   void give_way();
+  /// Where what the gait remembers begins in the memory.
+  size_t told() const { return told_size + of_task * d.tasks.size() + 3 * d.supports.size(); }
   void tell(const WholeBodySolution& s, size_t before, double t, std::span<double> memory) const;
 };
 
@@ -74,6 +92,10 @@ TaskLevel WholeBodyLaw::Work::points(const SteeredTask& s, double t) {
   std::array<double, 6> a{NAN, NAN, NAN, NAN, NAN, NAN};
   for (int k = 0; k < 3; ++k) {
     if (!s.axes[size_t(k)]) continue;
+    if (of_all && d.gait && k < 2) {
+      a[size_t(3 + k)] = d.gait->acceleration(plan, at, w)[k];
+      continue;
+    }
     const auto [x, rate, acceleration] = wanted_at(s.target[size_t(k)], t);
     a[size_t(3 + k)] = acceleration + w * w * (x - at[k]) + loss * (rate - moving[k]);
   }
@@ -90,13 +112,13 @@ TaskLevel WholeBodyLaw::Work::task(const SteeredTask& s, double t, std::span<con
     case SteeredTask::Kind::position:
       return points(s, t);
     case SteeredTask::Kind::attitude: {
-      const auto p = body->point(s.link, s.at);
-      const auto xi = mechanics::quaternion_of(p.R);
-      const Vec3d e = turn_between(mechanics::Quaternion<double>::load(xi.data()), s.attitude);
+      const Vec3d turn = turn_back(body->point(s.link, s.at), s.attitude, w, loss);
       for (int k = 0; k < 3; ++k)
-        if (s.axes[size_t(k)]) a[size_t(k)] = w * w * e[k] - loss * p.turning[k];
+        if (s.axes[size_t(k)]) a[size_t(k)] = turn[k];
       return body->frame(s.link, s.at, a);
     }
+    case SteeredTask::Kind::swing:
+      return swing(s);
     case SteeredTask::Kind::angular_momentum: {
       const Vec3d k_G = body->centre().spin;
       for (int k = 0; k < 3; ++k)
@@ -111,16 +133,68 @@ TaskLevel WholeBodyLaw::Work::task(const SteeredTask& s, double t, std::span<con
   }
 }
 
+/// Feet that swing follow their curves; soles keep their attitude.
+TaskLevel WholeBodyLaw::Work::swing(const SteeredTask& s) {
+  const double w = s.bandwidth, loss = 2 * s.damping_ratio * w;
+  TaskLevel level;
+  for (size_t i = 0; i < plan.feet.size(); ++i) {
+    const Gait::Swing& foot = plan.feet[i];
+    if (!foot.moves) continue;
+    const Support& support = d.supports[i];
+    const ContactPoint& first = support.points[0];
+    Vec3d middle{0, 0, 0};
+    for (const ContactPoint& p : support.points)
+      middle += (1 / double(support.points.size())) * p.position;
+    const auto now = body->point(first.body, middle);
+    const Vec3d moving =
+        foot.acceleration + w * w * (foot.at - seen.feet[i]) + loss * (foot.rate - now.moving);
+    std::array<double, 6> a{NAN, NAN, NAN, moving.x, moving.y, moving.z};
+    if (support.points.size() >= 3) {
+      const Vec3d turn = turn_back(now, support.attitude, w, loss);
+      for (int k = 0; k < 3; ++k) a[size_t(k)] = turn[k];
+    }
+    append(level, body->frame(first.body, middle, a));
+  }
+  level.name = s.name;
+  return level;
+}
+
+bool WholeBodyLaw::Work::near(const ContactPoint& p, const Vec3d& at) const {
+  return mechanics::dot(p.normal, at - p.ground) <= closed;
+}
+
+/// What the gait sees at an instant, and its plan.
+void WholeBodyLaw::Work::step(double t, std::span<double> memory) {
+  const auto centre = body->centre();
+  seen = {t, d.period, centre.at, centre.moving, {}, {}, {}};
+  size_t i = 0;
+  for (const Support& s : d.supports) {
+    Vec3d middle{0, 0, 0};
+    bool down = true;
+    for (const ContactPoint& p : s.points) {
+      const Vec3d at = body->contact(i++).at;
+      middle += (1 / double(s.points.size())) * at;
+      down = down && near(p, at);
+      if (near(p, at)) seen.points.push_back(at);
+    }
+    seen.feet.push_back(middle);
+    seen.closed.push_back(down);
+  }
+  plan = d.gait->plan(seen, memory);
+}
+
 void WholeBodyLaw::Work::touch(double t) {
   size_t i = 0;
-  if (d.gait > 0) t -= d.gait * std::floor(t / d.gait);
-  for (const Support& s : d.supports) {
-    const bool lifted = std::ranges::any_of(
-        s.lifted, [&](const auto& when) { return when[0] <= t && t < when[1]; });
+  if (d.lifted_every > 0) t -= d.lifted_every * std::floor(t / d.lifted_every);
+  for (size_t k = 0; k < d.supports.size(); ++k) {
+    const Support& s = d.supports[k];
+    const bool lifted =
+        (d.gait && plan.feet[k].lifted) || std::ranges::any_of(s.lifted, [&](const auto& when) {
+          return when[0] <= t && t < when[1];
+        });
     for (const ContactPoint& p : s.points) {
-      const Vec3d at = body->point(p.body, p.position).at;
-      const bool near = mechanics::dot(p.normal, at - p.ground) <= closed;
-      body->touch(i++, near && !lifted ? Touch::holds : Touch::none);
+      const bool holds = !lifted && near(p, body->contact(i).at);
+      body->touch(i++, holds ? Touch::holds : Touch::none);
     }
   }
 }
@@ -187,7 +261,7 @@ const std::vector<std::string>& WholeBodyLaw::motors() const { return work_->mot
 
 std::vector<double> WholeBodyLaw::fresh() const {
   const auto& d = work_->d;
-  return std::vector<double>(told_size + of_task * d.tasks.size() + 3 * d.supports.size(), 0.0);
+  return std::vector<double>(work_->told() + (d.gait ? d.gait->size() : 0), 0.0);
 }
 
 std::vector<phs::Shown> WholeBodyLaw::shown() const {
@@ -201,6 +275,11 @@ std::vector<phs::Shown> WholeBodyLaw::shown() const {
     all.push_back({"force " + s.name, at, 3});
     at += 3;
   }
+  if (work_->d.gait) {
+    all.push_back({"capture point", at + Gait::capture_at, 3});
+    for (size_t k = 0; k < work_->d.supports.size(); ++k)
+      all.push_back({"footstep " + work_->d.supports[k].name, at + Gait::footstep_at(k), 3});
+  }
   return all;
 }
 
@@ -213,6 +292,7 @@ void WholeBodyLaw::operator()(double t, std::span<const double> x, std::span<con
   const auto q = own.first(size_t(m.nq()));
   const auto v = w.model->rates(own);
   w.body->update(q, v);
+  if (w.d.gait) w.step(t, memory.subspan(w.told()));
   w.touch(t);
   w.levels.clear();
   for (const auto& task : w.d.tasks) w.levels.push_back(w.task(task, t, q, v));
@@ -242,6 +322,12 @@ std::vector<std::string> WholeBodyLaw::stories(std::span<const double> memory) c
   tell_count(gave_way, gave_way_first,
              "nothing kept contacts, cones and torque limits together, and contacts gave way");
   tell_count(unkept, unkept_first, "limits of rate or position could not be kept");
+  if (d.gait) {
+    const auto gait = memory.subspan(work_->told());
+    if (Gait::steps(gait) > 0)
+      all.push_back(fmt::format("{}: {:.0f} steps, the first at {:g} s", d.name, Gait::steps(gait),
+                                Gait::first(gait)));
+  }
   auto own = memory.subspan(told_size);
   for (const auto& task : d.tasks) {
     if (own[missed] > 0)

@@ -8,6 +8,7 @@
 #include "mechanics/rotation.h"
 #include "phs/functions/law.h"
 #include "phs/functions/motion.h"
+#include "planning/gait.h"
 #include "planning/whole_body.h"
 
 namespace porthos::planning {
@@ -16,11 +17,12 @@ namespace porthos::planning {
 /// x'' = x_d'' + ω² (x_d - x) + 2 ζ ω (x_d' - x').
 struct SteeredTask {
   enum class Kind {
-    centre_of_mass,   ///< in the world
-    position,         ///< of a point of a link
-    attitude,         ///< of a link; the error is the turn that is left, in world axes
-    posture,          ///< of joints
-    angular_momentum  ///< about the centre of mass: k' = -ω k, towards 0
+    centre_of_mass,    ///< in the world
+    position,          ///< of a point of a link
+    attitude,          ///< of a link; the error is the turn that is left, in world axes
+    posture,           ///< of joints
+    angular_momentum,  ///< about the centre of mass: k' = -ω k, towards 0
+    swing              ///< of the feet of a gait that do not stand
   } kind = Kind::centre_of_mass;
   std::string name;
   double bandwidth = 0, damping_ratio = 1;  ///< ω [rad/s], ζ
@@ -42,6 +44,8 @@ struct Support {
   std::vector<ContactPoint> points;
   /// When it is not used, though it may touch: from and until [s], of each period if there is one.
   std::vector<std::array<double, 2>> lifted = {};
+  /// Link to world, which a foot of three points or more keeps in its swing.
+  mechanics::Quaternion<double> attitude{1, {0, 0, 0}};
 };
 
 /// What a whole-body controller is made of.
@@ -50,13 +54,16 @@ struct WholeBodyDesign {
   std::vector<Support> supports;
   std::vector<SteeredTask> tasks;  ///< the first is the most important
   std::vector<JointLimit> limits;
-  double period = 1e-3;  ///< of the sampling [s]
-  double holding = 0;    ///< see WholeBodyOptions [rad/s]
-  double gait = 0;       ///< the period of `lifted` [s]; 0: none
+  double period = 1e-3;     ///< of the sampling [s]
+  double holding = 0;       ///< see WholeBodyOptions [rad/s]
+  double lifted_every = 0;  ///< the period of `lifted` [s]; 0: none
+  /// Its feet are the supports; the centre of mass then moves horizontally as it wants.
+  std::shared_ptr<const Gait> gait = {};
 };
 
 /// A whole-body controller as a sampled law. Its ports are those of motors(), its memory has what
-/// it told: numbers of shown(), "error NAME" of each task and "force NAME" of each support.
+/// it told: numbers of shown(), "error NAME" of each task and "force NAME" of each support; with a
+/// gait "capture point" and "footstep NAME" of each support, and what the gait remembers.
 ///
 /// A support point within 1 mm of the ground is a contact that keeps its velocity. If nothing keeps
 /// contacts, cones and torque limits together, contacts give way: to keep their velocity is then

@@ -198,6 +198,8 @@ void Outputs::evaluate(Item& item, const phs::State& s, std::span<double> to) {
       return;
     case OutputQuantity::task_error:
     case OutputQuantity::planned_force:
+    case OutputQuantity::planned_footstep:
+    case OutputQuantity::capture_point:
       return;  // at() copies them
     case OutputQuantity::formula:
       to[0] = (*item.formula)(

@@ -154,21 +154,29 @@ void Outputs::bind_row(Item& item) {
 /// A number that a sampled controller tells.
 void Outputs::bind_told(Item& item) {
   const Output& o = *item.output;
-  std::string known;
+  const std::string kind = o.number.substr(0, o.number.find(' ') + 1);
+  std::string own, known;
   for (const auto& hold : model_.holds()) {
     for (const phs::Shown& s : hold->shown) {
-      if (hold->name == o.of_what && s.name == o.number) {
+      const bool of_it = hold->name == o.of_what;
+      if (of_it && s.name == o.number) {
         item.told += s.at;
         return;
       }
-      add_to_list(known, fmt::format("{} of '{}'", s.name, hold->name));
+      if (!s.name.starts_with(kind)) continue;
+      if (of_it)
+        add_to_list(own, s.name.substr(kind.size()));
+      else
+        add_to_list(known, fmt::format("{} of '{}'", s.name, hold->name));
     }
     item.told += hold->fresh.size();
   }
   item.gone = assembly_.is_phase;
+  if (!own.empty()) known = own;
+  if (known.empty()) known = "a whole_body, with a gait for capture points and footsteps";
   if (!item.gone)
     refuse_output(o, fmt::format("there is no {} of a controller '{}', expected {}", o.number,
-                                 o.of_what, known.empty() ? "a whole_body" : known));
+                                 o.of_what, known));
 }
 
 void Outputs::bind_contact(Item& item) {

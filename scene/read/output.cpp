@@ -21,17 +21,17 @@ struct QuantityInfo {
   keys::Keys own;
 };
 
-keys::Keys joint_key() { return {keys::text("joint", keys::required, "as porthos info names it")}; }
+keys::Keys one_key(const char* name, const char* what) {
+  return {keys::text(name, keys::required, what)};
+}
 
-keys::Keys actuator_key() { return {keys::text("actuator", keys::required, "the name of one")}; }
+keys::Keys joint_key() { return one_key("joint", "as porthos info names it"); }
+keys::Keys actuator_key() { return one_key("actuator", "the name of one"); }
+keys::Keys contact_key() { return one_key("contact", "the name of a soft one"); }
 
 keys::Keys motor_keys() {
   return keys::joined(actuator_key(), {keys::word("motor", {"theta", "sigma"}, "\"theta\"",
                                                   "of the equilibrium, or of the stiffness")});
-}
-
-keys::Keys contact_key() {
-  return {keys::text("contact", keys::required, "the name of a soft one")};
 }
 
 keys::Keys frame_keys(const char* axes) {
@@ -62,22 +62,24 @@ std::vector<QuantityInfo> quantities_of_contacts() {
            contact_key()}};
 }
 
-/// What whole-body controllers tell.
+keys::Keys told_keys(const char* of, const char* what) {
+  return keys::joined(one_key("controller", "the name of one"), one_key(of, what));
+}
+
+/// What whole-body controllers tell, the last two with a gait.
 std::vector<QuantityInfo> quantities_of_controllers() {
-  using namespace keys;
-  return {
-      {OutputQuantity::task_error,
-       "task_error",
-       1,
-       "m/s^2",
-       "Of a whole-body controller: by how much a task's acceleration is missed.",
-       {text("controller", required, "the name of one"), text("task", required, "its name")}},
-      {OutputQuantity::planned_force,
-       "planned_force",
-       3,
-       "N",
-       "Of a whole-body controller: the force that it expects at a contact, in the world.",
-       {text("controller", required, "the name of one"), text("contact", required, "its name")}}};
+  return {{OutputQuantity::task_error, "task_error", 1, "m/s^2",
+           "Of a whole-body controller: by how much a task's acceleration is missed.",
+           told_keys("task", "its name")},
+          {OutputQuantity::planned_force, "planned_force", 3, "N",
+           "Of a whole-body controller: the force that it expects at a contact, in the world.",
+           told_keys("contact", "its name")},
+          {OutputQuantity::planned_footstep, "planned_footstep", 3, "m",
+           "Of a whole-body controller with a gait: where a foot will land, or stands.",
+           told_keys("contact", "the foot")},
+          {OutputQuantity::capture_point, "capture_point", 3, "m",
+           "Of a whole-body controller with a gait: x + x'/ω of the centre of mass, on the ground.",
+           one_key("controller", "the name of one")}};
 }
 
 keys::Keys of_links_keys() {
@@ -129,18 +131,10 @@ std::vector<QuantityInfo> quantities_of_joints_and_all() {
        joined(of_links_keys(), {word("about", {"own", "all"}, "\"own\"",
                                      "own: their centre of mass; all: that of all bodies, "
                                      "with velocities against it")})},
-      {OutputQuantity::energy,
-       "energy",
-       1,
-       "J",
-       "In a storage of the ledger.",
-       {text("row", required, "its name there: kinetic, potential, ...")}},
-      {OutputQuantity::power,
-       "power",
-       1,
-       "W",
-       "Of a source or a loss of the ledger.",
-       {text("row", required, "its name there")}}};
+      {OutputQuantity::energy, "energy", 1, "J", "In a storage of the ledger.",
+       one_key("row", "its name there: kinetic, potential, ...")},
+      {OutputQuantity::power, "power", 1, "W", "Of a source or a loss of the ledger.",
+       one_key("row", "its name there")}};
 }
 
 std::vector<QuantityInfo> quantities_of_actuators() {
@@ -244,7 +238,10 @@ Output read_output(const Table& t, const QuantityInfo& k, const std::vector<std:
   for (const char* key : {"joint", "row", "actuator", "controller", "contact"})
     if (has_key(key) && o.of_what.empty()) o.of_what = t.text(key, "a name");
   if (has_key("task")) o.number = "error " + t.text("task", "a name");
-  if (has_key("contact") && o.of_controller()) o.number = "force " + t.text("contact", "a name");
+  if (o.quantity == OutputQuantity::capture_point) o.number = "capture point";
+  if (has_key("contact") && o.of_controller())
+    o.number = (o.quantity == OutputQuantity::planned_force ? "force " : "footstep ") +
+               t.text("contact", "a name");
   if (!of_frame && t.has("link")) o.links = {o.of.link};
   if (t.has("links")) {
     if (t.has("link")) t.fail("links", "is given besides link, expected one of both");

@@ -54,6 +54,8 @@ struct Output {
     node,
     task_error,
     planned_force,
+    planned_footstep,
+    capture_point,
     formula
   } quantity;
   bool own_axes = false;  ///< a velocity: along the axes of the link, not those of seen_from
@@ -84,7 +86,7 @@ struct Output {
     return quantity >= Quantity::contact_force && quantity <= Quantity::overlap;
   }
   bool of_controller() const {
-    return quantity == Quantity::task_error || quantity == Quantity::planned_force;
+    return quantity >= Quantity::task_error && quantity <= Quantity::capture_point;
   }
   /// Whether it depends on what sampled controllers hold.
   bool needs_field() const;

@@ -140,7 +140,7 @@ TEST(WholeBodyScene, RefusalsSayWhereAndWhat) {
   refused({{"link = \"trunk\"\nbandwidth", "link = \"world\"\nbandwidth"}},
           "there is no body 'world', expected one of trunk");
   refused({{"task = \"centre_of_mass\"", "task = \"balance\""}},
-          "there is no error balance of a controller 'balance', expected error centre_of_mass");
+          "there is no error balance of a controller 'balance', expected centre_of_mass");
   refused({{"rate = 500", ""}}, "rate");
 }
 

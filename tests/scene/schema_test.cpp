@@ -125,6 +125,9 @@ std::map<std::string, std::string> places() {
       {"controller.whole_body.lift",
        fmt::format(fmt::runtime(law), "whole_body") +
            "rate = 1\ncontacts = [\"f\"]\n[controller.lifted.f]\nwhen = [[0, 1]]\n@"},
+      {"controller.whole_body.gait",
+       fmt::format(fmt::runtime(law), "whole_body") +
+           "rate = 1\ncontacts = [\"f\"]\n[controller.gait]\nperiod = 1\nswing = [0]\n@"},
       {"controller.whole_body.joint",
        fmt::format(fmt::runtime(law), "whole_body") +
            "rate = 1\n[[controller.task]]\nquantity = \"posture\"\nbandwidth = 1\n"

@@ -25,7 +25,7 @@ const std::map<std::string, double> shorter{
     {"four_bar/scene.toml", 20},        {"bricard/scene.toml", 20},
     {"andrews/scene.toml", 0.02},       {"two_arms/scene.toml", 100},
     {"mission/scene.toml", 300},        {"station_keeping/scene.toml", 6000},
-    {"box_of_balls/scene.toml", 0.4},
+    {"box_of_balls/scene.toml", 0.4},   {"quadruped_trot/scene.toml", 5},
 };
 
 std::vector<std::string> scenes() {

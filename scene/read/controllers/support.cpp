@@ -15,9 +15,9 @@ namespace {
 using contact::Kind;
 using contact::Shape;
 
-/// Points of a shape in the link's frame. down: a unit vector in that frame
+/// Points of a shape in the link's frame, of a sphere its centre. down: a unit vector in that frame
 std::vector<Vec3d> standing_points(const Shape& s, const Vec3d& down) {
-  if (s.kind == Kind::sphere) return {s.pose.r + s.radius * down};
+  if (s.kind == Kind::sphere) return {s.pose.r};
   const Vec3d d = s.pose.R.tmul(down);
   int axis = 0;
   for (int k = 1; k < 3; ++k)
@@ -68,6 +68,7 @@ planning::Support support_of(const Scene& scene, const mechanics::Mechanism& m,
         p.name = fmt::format("{} {}", name, s.points.size() + 1);
         p.body = link;
         p.position = at;
+        if (shape.kind == Kind::sphere) p.radius = shape.radius;
         p.normal = up;
         p.ground = ground.pose.r;
         p.friction = c->law.friction;

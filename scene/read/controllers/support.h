@@ -8,8 +8,8 @@ namespace porthos::scene {
 
 struct Scene;
 
-/// The points on which a [[contact]] of a scene may stand: of spheres the lowest at the start, of
-/// boxes the corners of the side that looks down then.
+/// The points on which a [[contact]] of a scene may stand: of spheres the lowest, of boxes
+/// the corners of the side that looks down then.
 /// @param q      size nq, coordinates at the start
 /// @param where  of who asks, for messages
 /// @throws InvalidArgument with file and line: no such contact, a soft one, one that is not with

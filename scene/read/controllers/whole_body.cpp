@@ -9,6 +9,7 @@
 #include "mechanics/urdf.h"
 #include "planning/whole_body_law.h"
 #include "scene/read/controllers/controller_type.h"
+#include "scene/read/controllers/gait.h"
 #include "scene/read/controllers/held_law.h"
 #include "scene/read/controllers/support.h"
 #include "scene/read/scene.h"
@@ -38,7 +39,9 @@ struct WholeBodyScene {
   std::map<std::string, std::vector<std::array<double, 2>>> lifted;
   std::optional<double> friction, holding;
   int edges = 4;
-  double gait = 0;
+  double lifted_every = 0;
+  std::optional<planning::GaitDesign> gait;
+  std::string gait_where;
   std::map<std::string, WantedLimit> limits;
   std::vector<WantedTask> tasks;
 };
@@ -87,6 +90,7 @@ SteeredTask task_of(const Controller& c, const ControllerPlant& plant, const Wan
   SteeredTask task = w.task;
   const auto& m = plant.model->mechanism();
   mechanics::Workspace<double> work(m);
+  if (task.kind == TaskKind::swing) return task;
   if (task.kind == TaskKind::posture) {
     for (const auto& [joint, target] : w.joints) (void)controlled_joint(*plant.model, c, joint);
     for (const auto& k : m.coordinates()) {
@@ -123,7 +127,7 @@ ControllerDesign design_whole_body(const Controller& c, const ControllerPlant& p
   planning::WholeBodyDesign d;
   d.name = fmt::format("controller '{}'", c.name);
   d.period = 1 / c.rate;
-  d.gait = w.gait;
+  d.lifted_every = w.lifted_every;
   d.holding = w.holding.value_or(0.1 * c.rate);
   for (const std::string& name : w.contacts) {
     auto s = support_of(plant.scene, m, start, c.where, name);
@@ -135,6 +139,7 @@ ControllerDesign design_whole_body(const Controller& c, const ControllerPlant& p
       s.lifted = lifted->second;
     d.supports.push_back(std::move(s));
   }
+  if (w.gait) at_line(w.gait_where, [&] { d.gait = gait_of(m, *w.gait, d.supports, start); });
   d.limits = limits_of(c, plant, w);
   for (const WantedTask& task : w.tasks)
     at_line(task.where, [&] { d.tasks.push_back(task_of(c, plant, task, start)); });
@@ -160,7 +165,8 @@ WantedTask read_task(const std::string& quantity, const Table& t) {
       {"position", TaskKind::position},
       {"attitude", TaskKind::attitude},
       {"posture", TaskKind::posture},
-      {"angular_momentum", TaskKind::angular_momentum}};
+      {"angular_momentum", TaskKind::angular_momentum},
+      {"swing", TaskKind::swing}};
   task.kind = kinds.at(quantity);
   task.name = t.has("name") ? t.text("name", "a name") : quantity;
   t.require("bandwidth", "how fast an error goes, in rad/s");
@@ -172,7 +178,7 @@ WantedTask read_task(const std::string& quantity, const Table& t) {
       own.require("target", "a number");
       w.joints[joint] = own.number("target");
     });
-  } else {
+  } else if (task.kind != TaskKind::swing) {
     const std::string axes = t.choice("axes");
     for (size_t k = 0; k < 3; ++k) task.axes[k] = axes.find("xyz"[k]) != axes.npos;
   }
@@ -198,7 +204,12 @@ void read_whole_body(const Table& t, Controller& c) {
   const auto edges = t.whole("edges");
   if (edges < 3 || edges > 64) t.fail("edges", fmt::format("is {}, expected 3 to 64", edges));
   w.edges = int(edges);
-  if (t.has("gait")) w.gait = t.positive("gait");
+  if (t.has("lifted_every")) w.lifted_every = t.positive("lifted_every");
+  if (t.has("gait")) {
+    const Table own = t.table("gait");
+    w.gait = read_gait(own, w.contacts.size());
+    w.gait_where = own.where();
+  }
   t.each("lifted", [&](const std::string& name, const std::string& where, const Table& own) {
     if (std::ranges::find(w.contacts, name) == w.contacts.end())
       refuse(where, fmt::format("'{}' is lifted, expected one of contacts", name));
@@ -220,12 +231,24 @@ void read_whole_body(const Table& t, Controller& c) {
   t.require("task", "tables [[controller.task]], the most important first");
   t.each_of("task", "quantity", [&](const std::string& quantity, const Table& own) {
     auto task = read_task(quantity, own);
+    if (quantity == "swing" && !w.gait)
+      own.fail("quantity", "is \"swing\" without a gait, expected a table [controller.gait]");
+    if (w.gait && task.task.kind == TaskKind::centre_of_mass &&
+        (task.target || !task.moves.empty()))
+      for (const size_t k : {0, 1})
+        if (task.task.axes[k])
+          own.fail(task.target ? "target" : "moves",
+                   "is along x or y, where a gait moves the centre of mass, expected axes = \"z\"");
     for (const auto& other : w.tasks)
       if (other.task.name == task.task.name)
         own.fail("name", fmt::format("\"{}\" is that of another task, expected one of its own",
                                      task.task.name));
     w.tasks.push_back(std::move(task));
   });
+  if (w.gait && std::ranges::none_of(w.tasks, [](const WantedTask& own) {
+        return own.task.kind == TaskKind::swing;
+      }))
+    t.fail("task", "has none of quantity \"swing\", which moves the feet of a gait, expected one");
   c.design = made_of(design_whole_body, w);
 }
 
@@ -264,7 +287,8 @@ std::vector<SchemaTable> whole_body_tables() {
       {"controller.whole_body.lift",
        "[controller.lifted]",
        "When a contact is not used.",
-       {rows("when", 2, "s", required, "[from, until], of each period of a gait")}},
+       {rows("when", 2, "s", required, "[from, until], of each lifted_every")}},
+      gait_table(),
       {"controller.whole_body.joint",
        "[controller.task.joints]",
        "Where a posture has a joint.",
@@ -277,6 +301,9 @@ std::vector<SchemaTable> whole_body_tables() {
       task_table("attitude", "Of a link.",
                  {link, numbers("attitude_wxyz", 4, "1", "the start", "link to world; normalised")},
                  omega),
+      task_table("swing",
+                 "Of the feet of a gait that do not stand, on their way; soles stay level.", {},
+                 omega, false),
       task_table("angular_momentum", "About the centre of mass, towards 0.", {}, "ω of k' = -ω k",
                  true, false),
       task_table("posture", "Of every joint of one degree of freedom.",
@@ -300,7 +327,9 @@ ControllerType whole_body_controller() {
        whole("edges", "4", "of the pyramid in the friction cone, 3 to 64"),
        table("lifted", "controller.whole_body.lift", "never", "by contact: when it is not used",
              KeyKind::named),
-       number("gait", "s", "none", "the period of lifted"),
+       number("lifted_every", "s", "none", "the period of lifted"),
+       table("gait", "controller.whole_body.gait", "none",
+             "steps: the centre of mass then moves horizontally as they need"),
        table("limits", "controller.whole_body.limit", "the model file's",
              "by joint: torque, rate, position", KeyKind::named),
        table("task", task_id, required, "the most important first", KeyKind::tables)},
