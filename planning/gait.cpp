@@ -117,10 +117,7 @@ Gait::Gait(GaitDesign design, std::vector<Vec3d> feet, double height, double g)
   backwards((1 / (1 - std::exp(-w_ * T))) * once + T * v);
   for (size_t i = 0; i < n_.size(); ++i) {
     const double landed = wrapped((d_.swing[i] + 1 - d_.duty) * T, T);
-    const Part& part = parts_[part_at(landed)];
-    // The first part may begin after 0: times before it belong to the last part of the period
-    const double t = landed < parts_[0].begin - tiny ? landed + T : landed;
-    offset_.push_back(part.capture - stance(i, t));
+    offset_.push_back(parts_[part_at(landed)].capture - stance(i, landed));
   }
 }
 

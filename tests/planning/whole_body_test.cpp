@@ -166,6 +166,33 @@ TEST(WholeBody, BlockSlidesBeyondFriction) {
   EXPECT_NEAR(reached(0, 1), 1, 1e-12);
 }
 
+/// A ball on a tilted body touches at its lowest point. Control: the same without a radius.
+TEST(WholeBody, BallsTouchAtTheirLowestPoint) {
+  const auto m = std::make_shared<const Mechanism>(body(3, {0, 0, 0}).build());
+  const double r = 0.05, turn = 0.7, rate = 2;
+  ContactPoint foot;
+  foot.name = "foot";
+  foot.body = "trunk";
+  foot.position = {0.1, 0.02, -0.3};
+  WholeBodyOptions o;
+  auto ball = foot;
+  ball.name = "ball";
+  ball.radius = r;
+  o.contacts = {foot, ball};
+  WholeBody control(m, o);
+  auto q = m->neutral();
+  q[0] = std::cos(turn / 2);  // about y
+  q[2] = std::sin(turn / 2);
+  control.update(q, Vec{0, rate, 0, 0, 0, 0});
+  const auto centre = control.contact(0), lowest = control.contact(1);
+  const double place = mechanics::norm(lowest.at - centre.at - mechanics::Vec3d{0, 0, -r});
+  // It turns about y: the lowest point moves against x by r times the rate.
+  const double motion =
+      mechanics::norm(lowest.moving - centre.moving - mechanics::Vec3d{-r * rate, 0, 0});
+  std::printf("  off by %.1e m and %.1e m/s (bound 1e-15)\n", place, motion);
+  EXPECT_LE(std::max(place, motion), 1e-15);
+}
+
 /// The equations of motion at a moving state with torque limits: torques and contact forces through
 /// the ABA give the accelerations, contacts keep their velocity, nothing exceeds cones and limits.
 TEST(WholeBody, TorquesGiveTheAccelerations) {

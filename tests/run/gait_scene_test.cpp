@@ -90,6 +90,26 @@ TEST(GaitScene, ABipedIsPushedAndSteps) {
   }
 }
 
+/// Other gaits: a biped walks, and a quadruped with one foot in the air at a time.
+TEST(GaitScene, BipedsAndQuadrupedsWalk) {
+  TemporaryFolder folder, other;
+  const auto two = report_of(biped(
+      folder, 3, {{"thrust = 90", "thrust = 1e-3"}, {"when = \"pushed\"", "velocity = [0.3, 0]"}}));
+  const auto four =
+      report_of(quadruped(other, 3,
+                          {{"swing = [0, 0.5, 0.5, 0]", "swing = [0, 0.5, 0.75, 0.25]"},
+                           {"duty = 0.6", "duty = 0.75"},
+                           {"period = 0.5", "period = 1"}}));
+  const auto x = range_of(two, "com.x"), z = range_of(two, "com.z");
+  fmt::print("  {:.3f} m on two legs in 3 s, {:.3f} m on four; lowered by {:.1e} m (1e-3)\n", x.end,
+             range_of(four, "com.x").end, z.largest - z.least);
+  EXPECT_TRUE(two.passed() && four.passed());
+  EXPECT_FALSE(has_note(two, "gave way") || has_note(four, "gave way"));
+  EXPECT_NEAR(x.end, 0.9, 0.1);
+  EXPECT_NEAR(range_of(four, "com.x").end, 1.2, 0.4);
+  EXPECT_LE(z.largest - z.least, 1e-3);
+}
+
 /// A minute of trotting, recorded at every sampling instant: no torque is beyond its limit, no
 /// force beyond its cone, and the last task, which is missed, does not disturb the first. Controls:
 /// the knee comes to its limit, and the last task is missed.
