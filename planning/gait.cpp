@@ -150,12 +150,12 @@ void Gait::begin_or_end(const Seen& s, const Vec3d& xi, std::span<double> memory
     memory[began] = d_.start;
     return;
   }
-  const bool all = std::ranges::all_of(s.closed, [](char c) { return c != 0; });
-  if (!all || s.t < d_.start - tiny) return;
+  if (s.points.empty() || s.t < d_.start - tiny) return;
   const double out = outside(xi, s.points);
   if (memory[stepping] > 0) {
+    const bool all = std::ranges::all_of(s.closed, [](char c) { return c != 0; });
     const bool whole = s.t - memory[began] >= d_.period - tiny;
-    if (whole && out < -2 * d_.margin) memory[stepping] = 0;
+    if (all && whole && out < -2 * d_.margin) memory[stepping] = 0;
     return;
   }
   if (out < -d_.margin) return;

@@ -18,7 +18,7 @@ struct GaitDesign {
   double spacing = 0.7;      ///< the least distance of feet, as part of that at the start
   double start = 0;          ///< of the first step [s]
   bool when_pushed = false;  ///< it steps only from where the capture point is near the edge of
-  double margin = 0.02;      ///< the feet, less than this inside [m], until it is twice as far
+  double margin = 0.03;      ///< the feet, less than this inside [m], until it is twice as far
 };
 
 /// Steps of a machine whose centre of mass moves as a linear inverted pendulum of height z:

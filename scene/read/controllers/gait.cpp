@@ -84,7 +84,7 @@ SchemaTable gait_table() {
        number("start", "s", "0", "the first step; it stands until then"),
        word("when", {"always", "pushed"}, "\"always\"",
             "\"pushed\": where the capture point comes near the edge of the feet"),
-       number("margin", "m", "0.02",
+       number("margin", "m", "0.03",
               "of when = \"pushed\": how near; twice as far inside it ends")}};
 }
 
