@@ -223,7 +223,7 @@ adjoint). parameter_direction: a change of parameters by name, {"link_3.mass": 1
 one, its gradient is differenced, with an error of some 1e-10.
 
 Raises InvalidArgument for a method without it (docs/derivatives.md, "What is covered"), a model with constraints or
-sampled controllers, a direction in a system without second derivatives, and RuntimeError where a step or its adjoint does not converge.)");
+a sampled law without derivatives, a direction with sampled controllers or in a system without second derivatives, and RuntimeError where a step or its adjoint does not converge.)");
   m.def("gradient_of_scene", &gradient_of_scene, py::arg("scene"), py::arg("assembly"),
         py::arg("end"), py::arg("sampled"), py::arg("running"), py::arg("memory"),
         py::arg("direction"), py::arg("parameter_direction"), py::arg("end_curvature"),

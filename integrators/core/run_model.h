@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "phs/system/linearised.h"
 #include "phs/system/system.h"
 
 namespace porthos::integrators {
@@ -22,12 +23,14 @@ class RunModel final : public phs::ModelFor<RunModel> {
       : model_(part), memories_(whole.memories_) {}
   const phs::Description& description() const override { return model_.description(); }
   std::vector<phs::HoldPtr> holds() const override { return model_.holds(); }
+  std::vector<phs::HeldPtr> held() const { return {memories_.begin(), memories_.end()}; }
   template <class T>
   std::unique_ptr<phs::System<T>> make_system() const {
     auto system = model_.instantiate<T>();
-    system->use_held(std::vector<phs::HeldPtr>(memories_.begin(), memories_.end()));
+    system->use_held(held());
     return system;
   }
+  const phs::Model& model() const { return model_; }
   /// One for each of holds().
   const std::vector<Memory>& memories() const { return memories_; }
 
@@ -47,5 +50,16 @@ struct OfRun {
   const phs::Model* model;
   std::shared_ptr<const RunModel> kept;
 };
+
+/// The derivative of the field of a run's model, with the values that its sampled controllers hold
+/// in that run.
+/// @throws InvalidArgument as phs::linearise(); for sampled controllers in a model that is no
+///   RunModel
+template <class T>
+std::unique_ptr<phs::Linearised<T>> linearise_run(const phs::Model& model) {
+  if (const auto* run = dynamic_cast<const RunModel*>(&model))
+    return phs::linearise<T>(model, run->held());
+  return phs::linearise<T>(model);
+}
 
 }  // namespace porthos::integrators

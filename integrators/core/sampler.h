@@ -73,12 +73,19 @@ class Sampler {
     }
     turns.synchronise(s, system);
     for (size_t i = 0; i < holds_.size(); ++i) {
-      if (!is_instant(i, phs::to_double(t), s.step)) continue;
+      if (!renews(i, phs::to_double(t), s)) continue;
       x_.resize(s.x.size());
       for (size_t k = 0; k < x_.size(); ++k) x_[k] = s.x[k] + s.lo[k];
       system.sample(i, t, x_, *memories_[i]);
     }
   }
+
+  /// Whether renew() advances hold i at this state.
+  bool renews(size_t i, double t, const phs::BasicState<T>& s) const {
+    return (by_clock_ || s.origin_step == 0) && is_instant(i, t, s.step);
+  }
+  /// What all remembered before the last renewal.
+  const std::vector<double>& before() const { return before_; }
 
   /// Undoes the last renewal, after a step that failed.
   void take_back() { restore(before_); }

@@ -37,7 +37,7 @@ class DiscreteGradientVariation final : public StepVariation {
   DiscreteGradientVariation(const phs::Model& model, DiscreteGradientRule rule, Side side)
       : n_(size_t(model.description().nx)),
         adjoint_(side == Side::adjoint),
-        linear_(phs::linearise<double>(model)),
+        linear_(linearise_run<double>(model)),
         turns_(model.description()),
         dual_(model, rule),
         plain_(model, rule),

@@ -23,7 +23,7 @@ class DualStepVariation final : public StepVariation {
         change_(n_, n_),
         by_h_(n_),
         first_(n_) {
-    (void)phs::linearise<double>(model);  // refuses what has no derivative
+    (void)linearise_run<double>(model);  // refuses what has no derivative
   }
 
   void at(const StepPiece& step, const std::vector<std::int64_t>& turns) override {

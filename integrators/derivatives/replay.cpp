@@ -10,9 +10,16 @@ Replay::Replay(const std::string& method, const phs::Model& model, double h,
     : options_(options),
       pieces_(method, model, h),
       method_(pieces_.method()),
+      instants_(model),
       tangent_(std::span<const double>(options.direction)),
-      n_(size_t(model.description().nx)) {
+      n_(size_t(model.description().nx)),
+      instant_(instants_.size()) {
+  if (!options.taken.empty()) method_.sampler().go_by_the_clock();
   if (!options.has_direction()) return;
+  if (instants_.any())
+    throw InvalidArgument("a direction takes no sampled controllers, and '" +
+                          model.description().name + "' has '" + model.holds().front()->name +
+                          "', expected a gradient without one");
   if (options.direction.empty()) tangent_ = TwoWords(n_);
   require_size("direction", tangent_.x.size(), n_);
   if (!options.parameter_direction.empty())
@@ -22,7 +29,7 @@ Replay::Replay(const std::string& method, const phs::Model& model, double h,
 }
 
 bool Replay::take(const phs::State& start, std::int64_t steps, size_t returns) {
-  const Checkpoint here{start, method_.memory(), tangent_};
+  const Checkpoint here{start, method_.memory(), method_.sampler().memory(), tangent_};
   first_ = start.step;
   whole_until_ = start.step + steps;
   length_ = options_.taken.empty() ? double(steps) * method_.step_size() + options_.last
@@ -39,7 +46,8 @@ bool Replay::take(const phs::State& start, std::int64_t steps, size_t returns) {
 /// more segments than checkpoints.
 void Replay::plan(std::int64_t steps, const Checkpoint& c) {
   const size_t row = row_size(pieces_of_a_step(c)), half = options_.memory / 2 / sizeof(double),
-               words = 2 * n_ + c.state.turns.size() + c.memory.size() + 2 * c.tangent.x.size();
+               words = 2 * n_ + c.state.turns.size() + c.memory.size() + c.held.size() +
+                       2 * c.tangent.x.size();
   segment_ = std::max<std::int64_t>(1, std::int64_t(half / row));
   const double checkpoints = double(half) / double(words + 16);
   for (levels_ = 0;; ++levels_) {
@@ -51,7 +59,7 @@ void Replay::plan(std::int64_t steps, const Checkpoint& c) {
 }
 /// Numbers kept of a step: its pieces and its end, and the tangent there.
 size_t Replay::row_size(size_t pieces) const {
-  return pieces * (pieces_.size() + of_piece_) + n_ + tangent_.x.size();
+  return pieces * (pieces_.size() + of_piece_) + n_ + tangent_.x.size() + instant_.size();
 }
 /// Of a method that chooses its own steps inside a step: those of the first.
 size_t Replay::pieces_of_a_step(const Checkpoint& first) {
@@ -84,7 +92,7 @@ bool Replay::reverse(const Checkpoint& from, std::int64_t steps, int level) {
   restore(from);
   for (std::int64_t done = part; done < steps; done += part) {
     if (!steps_forwards(part, false)) return false;
-    checkpoints.push_back({state_, method_.memory(), tangent_});
+    checkpoints.push_back({state_, method_.memory(), method_.sampler().memory(), tangent_});
   }
   std::int64_t left = steps - part * std::int64_t(checkpoints.size() - 1);
   for (; !checkpoints.empty(); left = part) {
@@ -103,6 +111,7 @@ bool Replay::forwards(const Checkpoint& from, std::int64_t steps, bool keep) {
 }
 void Replay::restore(const Checkpoint& from) {
   method_.restore(from.memory);
+  method_.sampler().restore(from.held);
   state_ = from.state;
   tangent_ = from.tangent;
   if (along_) along_->forget();
@@ -119,6 +128,7 @@ bool Replay::steps_forwards(std::int64_t steps, bool keep) {
   return true;
 }
 Outcome Replay::step_forwards() {
+  if (instants_.any()) before_ = state_;
   if (options_.taken.empty())
     return pieces_.step(state_, state_.step == whole_until_ ? options_.last : 0);
   const TakenStep& taken = options_.taken[size_t(state_.step - first_)];
@@ -148,10 +158,12 @@ void Replay::keep_step() {
   const auto keep = [&](std::span<const double> numbers) {
     kept_.insert(kept_.end(), numbers.begin(), numbers.end());
   };
+  if (instants_.any()) instants_.keep(method_, before_, state_.turns, instant_);
   keep(pieces_.numbers());
   keep(state_.x);
   keep(tangent_stages_);
   keep(tangent_.x);
+  keep(instant_);
 }
 
 bool Replay::hand_back() {
@@ -161,10 +173,11 @@ bool Replay::hand_back() {
     const auto step = std::span<const double>(kept_).subspan(rows_[i], to - rows_[i]);
     const size_t pieces = (step.size() - row_size(0)) / (row_size(1) - row_size(0)),
                  of_pieces = pieces * pieces_.size();
-    const auto tangents = step.subspan(of_pieces + n_);
+    const auto instant = step.last(instant_.size());
+    const auto tangents = step.first(step.size() - instant_.size()).subspan(of_pieces + n_);
     if (!back({step.first(of_pieces), step.subspan(of_pieces, n_),
                tangents.first(pieces * of_piece_), tangents.subspan(pieces * of_piece_),
-               turns_.back().turns}))
+               turns_.back().turns, instant}))
       return false;
   }
   return true;

@@ -1,5 +1,6 @@
 #pragma once
 #include "integrators/derivatives/run_gradient.h"
+#include "integrators/derivatives/run_instants.h"
 #include "integrators/derivatives/second_adjoint.h"
 
 namespace porthos::integrators {
@@ -11,6 +12,7 @@ struct KeptStep {
   std::span<const double> tangent;         ///< δY of its pieces, one after another
   std::span<const double> tangent_at_end;  ///< δx after it; both empty without a direction
   const std::vector<std::int64_t>& turns;  ///< after it
+  std::span<const double> instant;         ///< RunInstants::keep(), empty without controllers
 };
 
 /// A run whose steps are handed back from the last to the first. Steps that memory does not hold
@@ -21,7 +23,8 @@ class Replay {
 
  protected:
   /// The model must outlive it; the options too.
-  /// @throws InvalidArgument as StepPieces and make_step_variation()
+  /// @throws InvalidArgument as StepPieces, make_step_variation() and RunInstants; for a direction
+  ///   with sampled controllers
   Replay(const std::string& method, const phs::Model& model, double h,
          const GradientOptions& options);
 
@@ -40,6 +43,7 @@ class Replay {
   bool give_up(Outcome o, const std::string& why);
 
   const StepPieces& pieces() const { return pieces_; }
+  RunInstants& instants() { return instants_; }
   Outcome outcome() const { return outcome_; }
   const std::string& remark() const { return remark_; }
 
@@ -47,7 +51,7 @@ class Replay {
   /// Where a run can be taken up again with the same bits.
   struct Checkpoint {
     phs::State state;
-    std::vector<double> memory;
+    std::vector<double> memory, held;
     TwoWords tangent;
   };
   struct TurnsFrom {
@@ -73,6 +77,7 @@ class Replay {
   const GradientOptions& options_;
   StepPieces pieces_;
   Integrator& method_;
+  RunInstants instants_;
   std::unique_ptr<StepVariation> along_;   ///< null without a direction
   std::unique_ptr<FieldChange> of_field_;  ///< null without parameters in it
   TwoWords tangent_;
@@ -82,7 +87,8 @@ class Replay {
   std::int64_t segment_ = 0, fan_ = 0, done_ = 0, first_ = 0, whole_until_ = 0;
   double work_ = 1, length_ = 0;
   int levels_ = 0;
-  phs::State state_;
+  phs::State state_, before_;  ///< before_: the last step, with sampled controllers
+  std::vector<double> instant_;
   std::vector<double> kept_;  ///< rows of a segment
   std::vector<size_t> rows_;  ///< where they begin
   std::vector<TurnsFrom> turns_;

@@ -15,12 +15,13 @@ struct Descent {
   std::unique_ptr<StepVariation> adjoint;
   std::unique_ptr<SecondAdjoint> second;
   TwoWords lambda, parameters, cost;
-  TwoWords by_size;  ///< Σ h ∂J/∂h of the steps
+  RunInstants::Adjoint held;  ///< of what the sampled controllers remember
+  TwoWords by_size;           ///< Σ h ∂J/∂h of the steps
   TwoWords lambda_along, parameters_along;
   double size_at_end = 0;
 
   Descent(const Objective& J, const phs::Model& model, const StepPieces& pieces,
-          const GradientOptions& options)
+          const RunInstants& instants, const GradientOptions& options)
       : objective(J),
         adjoint(make_step_variation(model, pieces, StepVariation::Side::adjoint)),
         second(options.has_direction()
@@ -29,9 +30,12 @@ struct Descent {
         lambda(size_t(model.description().nx)),
         parameters(adjoint->parameters().size()),
         cost(1),
+        held(instants.adjoint()),
         by_size(1),
         lambda_along(lambda),
-        parameters_along(parameters) {}
+        parameters_along(parameters) {
+    instants.require(adjoint->parameters(), pieces.method().declaration().name);
+  }
 };
 
 /// A run backwards, for any number of costs.
@@ -46,7 +50,8 @@ class Backwards final : public Replay {
         x_(n_),
         gradient_(n_),
         gradient_along_(n_) {
-    for (const Objective& J : objectives) descents_.emplace_back(J, model, pieces(), options);
+    for (const Objective& J : objectives)
+      descents_.emplace_back(J, model, pieces(), instants(), options);
     for (const auto& b : model.description().blocks)
       if (b.kind == phs::BlockKind::angle) angle_at_.push_back(size_t(b.at));
   }
@@ -61,9 +66,12 @@ class Backwards final : public Replay {
       r.cost = d.cost.x[0];
       r.end = end_;
       r.start = d.lambda.x;
-      r.names = d.adjoint->parameters();
+      r.names = instants().names(d.adjoint->parameters());
       r.parameters = d.parameters.x;
-      r.duration = autonomous_ && length() != 0 ? d.by_size.x[0] / length() : NAN;
+      r.parameters.resize(r.parameters.size() - instants().values());
+      r.parameters.insert(r.parameters.end(), d.held.gains.x.begin(), d.held.gains.x.end());
+      r.duration =
+          autonomous_ && !instants().any() && length() != 0 ? d.by_size.x[0] / length() : NAN;
       const double size = size_of(d.lambda.x);
       r.growth = !d.objective.end ? NAN : size == 0 ? 0 : std::log10(size / d.size_at_end);
       if (d.second) {
@@ -89,6 +97,7 @@ class Backwards final : public Replay {
     }
   }
   bool back(const KeptStep& step) override {
+    instants().at(step.instant, step.turns, pieces().at(step.pieces, 0).t);
     return std::ranges::all_of(descents_, [&](Descent& d) { return back(d, step); });
   }
   /// Takes a cost back over a step.
@@ -105,6 +114,7 @@ class Backwards final : public Replay {
       if (!back_over(d, pieces().at(step.pieces, i), step.tangent.subspan(i * stages, stages),
                      step.turns))
         return false;
+    instants().back(d.lambda, d.parameters, d.held);
     return true;
   }
   bool back_over(Descent& d, const StepPiece& piece, std::span<const double> tangent,
@@ -214,7 +224,8 @@ std::vector<RunGradient> gradients_of_run(const std::string& method, const phs::
     throw InvalidArgument("steps is " + std::to_string(steps) + " with " +
                           std::to_string(options.taken.size()) +
                           " taken steps, expected their number, and no last step besides");
-  return Backwards(method, model, h, objectives, options).of(start, steps);
+  const OfRun run(model);
+  return Backwards(method, *run.model, h, objectives, options).of(start, steps);
 }
 
 RunGradient gradient_of_run(const std::string& method, const phs::Model& model,

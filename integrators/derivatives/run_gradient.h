@@ -52,18 +52,20 @@ struct GradientOptions {
 
 /// The gradient of a run's cost.
 struct RunGradient {
-  Outcome outcome = Outcome::ok;   ///< if not ok, the gradients mean nothing
-  std::string remark;              ///< then: where and why
-  double cost = 0;                 ///< J
-  phs::State end;                  ///< the last state
-  std::vector<double> start;       ///< ∂J/∂x_0, size nx
-  std::vector<std::string> names;  ///< of parameters, as phs::Linearised::parameters()
+  Outcome outcome = Outcome::ok;  ///< if not ok, the gradients mean nothing
+  std::string remark;             ///< then: where and why
+  double cost = 0;                ///< J
+  phs::State end;                 ///< the last state
+  std::vector<double> start;      ///< ∂J/∂x_0, size nx
+  /// Of parameters, as phs::Linearised::parameters(), then "<controller>.<gain>" of sampled laws
+  /// with gains.
+  std::vector<std::string> names;
   std::vector<double> parameters;  ///< ∂J/∂θ with x_0 kept
   /// The changes of `start` and `parameters` along the direction of the options, exact to rounding
   /// as these: ∂²J/∂x_0² δx_0 + ∂²J/∂x_0∂θ δθ and ∂²J/∂θ∂x_0 δx_0 + ∂²J/∂θ² δθ. Empty without one.
   std::vector<double> start_along, parameters_along;
   /// ∂J/∂T by the duration, all steps made longer alike, if no part of J depends on t itself; NaN
-  /// for a field that does, and without steps [1/s].
+  /// for a field that does, with sampled controllers, and without steps [1/s].
   double duration = 0;
   /// log10 |∂J/∂x_0| / |∂end/∂x_N|, NaN without an end cost: over many Lyapunov times it is large,
   /// and the gradient, though exact, tells nothing of a finite change.
@@ -73,12 +75,14 @@ struct RunGradient {
 };
 
 /// The gradient of a run of `steps` steps h [s] with respect to its start and the parameters of the
-/// model, by the discrete adjoint: exact to rounding for the numbers that the run computes. Its
-/// cost does not depend on the number of parameters. Low words, wrapping and turns have derivative
-/// one. The state is unchanged.
+/// model, by the discrete adjoint: exact to rounding for the numbers that the run computes. What
+/// sampled controllers hold and remember is a part of the state, and their gains are parameters.
+/// Its cost does not depend on the number of parameters. Low words, wrapping and turns have
+/// derivative one. The state is unchanged.
 /// @throws InvalidArgument as StepPieces; for another number of `steps` than of
-///   GradientOptions::taken, and for a `last` step besides these; for a model with constraints or
-///   sampled controllers; with a direction as make_second_adjoint()
+///   GradientOptions::taken, and for a `last` step besides these; for a model with constraints; for
+///   a sampled law without derivatives, and for sampled controllers with a direction, with discrete
+///   gradients and splittings; with a direction as make_second_adjoint()
 RunGradient gradient_of_run(const std::string& method, const phs::Model& model,
                             const phs::State& start, double h, std::int64_t steps,
                             const Objective& objective, const GradientOptions& options = {});

@@ -1,5 +1,5 @@
 #pragma once
-#include "integrators/derivatives/step_variation.h"
+#include "integrators/derivatives/run_instants.h"
 
 namespace porthos::integrators {
 
@@ -17,13 +17,15 @@ struct Along {
 ///
 /// A tangent is that of the step, to rounding; ∂f/∂z is the central difference of the two models'
 /// fields at its stages, which takes every parameter there is. With distances near the cube root of
-/// rounding it is known to some 1e-10. A composition has this in each of its steps. Cost of a
-/// direction: about 7 fields at every stage, and two for its models.
+/// rounding it is known to some 1e-10. What sampled controllers remember is a part of the tangent
+/// (RunInstants). A composition has this in each of its steps. Cost of a direction: about 7 fields
+/// at every stage, and two for its models.
 class RunTangents {
  public:
   /// The models must outlive it, and have the states of `model`.
-  /// @throws InvalidArgument as StepPieces and phs::linearise(); for a direction of parameters of
-  ///   Störmer-Verlet with quaternions, whose multipliers depend on them, and discrete gradients
+  /// @throws InvalidArgument as StepPieces, phs::linearise() and RunInstants; for a direction of
+  ///   parameters, and for sampled controllers, of Störmer-Verlet with quaternions, whose
+  ///   multipliers depend on them, and of discrete gradients and splittings
   RunTangents(const std::string& method, const phs::Model& model, phs::State start, double h,
               std::vector<Along> directions);
 
@@ -47,17 +49,23 @@ class RunTangents {
  private:
   struct Tangent {
     double distance;
+    std::unique_ptr<RunModel> up_model, down_model;
     std::unique_ptr<phs::System<double>> up, down;
     std::unique_ptr<StepVariation> variation;
     TwoWords value;
+    std::vector<double> memory;  ///< of the sampled controllers
   };
+  void over_instants(const phs::State& before, double t);
   Outcome fail(Outcome o, const char* what, double t);
   std::span<const double> field_changes(Tangent& tangent, const StepPiece& piece);
 
+  OfRun run_;
   StepPieces pieces_;
+  RunInstants instants_;
+  std::unique_ptr<phs::Linearised<double>> held_field_;  ///< null without sampled controllers
   phs::State state_;
   size_t n_;
-  std::vector<double> changes_, down_, angles_;
+  std::vector<double> changes_, down_, angles_, kept_, held_;
   std::vector<Tangent> tangents_;
   std::string remark_;
 };

@@ -17,7 +17,7 @@ class SemiImplicitEulerVariation final : public StepVariation {
         turns_(model.description()),
         out_(n_) {
     for (Stage& s : stages_) {
-      s.linear = phs::linearise<double>(model);
+      s.linear = linearise_run<double>(model);
       s.f.resize(n_);
       s.given.resize(n_);
     }

@@ -5,6 +5,7 @@
 
 #include "integrators/derivatives/discrete_gradient_variation.h"
 #include "integrators/derivatives/dual_step_variation.h"
+#include "integrators/derivatives/run_instants.h"
 #include "integrators/derivatives/semi_implicit_euler_variation.h"
 #include "integrators/derivatives/stormer_verlet_variation.h"
 #include "integrators/methods/collocation_stages.h"
@@ -53,7 +54,7 @@ class CollocationVariation final : public StepVariation {
         turns_(model.description()) {
     for (int c = 0; c < chunks; ++c) {
       field_[c].assign(n_, Lanes(0.0));
-      linear_[c] = phs::linearise<Lanes>(model);
+      linear_[c] = linearise_run<Lanes>(model);
       running_[c].assign(n_, Lanes(0.0));
       used_[c] = Lanes(0.0);
       for (int l = 0; l < V && c * V + l < table.s; ++l) used_[c].set(l, 1.0);
@@ -255,8 +256,12 @@ std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model,
 
 std::vector<std::string> parameters_of_run(const std::string& method, const phs::Model& model,
                                            double h) {
-  const StepPieces pieces(method, model, h);
-  return make_step_variation(model, pieces, StepVariation::Side::adjoint)->parameters();
+  const OfRun run(model);
+  const StepPieces pieces(method, *run.model, h);
+  const auto adjoint = make_step_variation(*run.model, pieces, StepVariation::Side::adjoint);
+  const RunInstants instants(*run.model);
+  instants.require(adjoint->parameters(), method);
+  return instants.names(adjoint->parameters());
 }
 
 }  // namespace porthos::integrators

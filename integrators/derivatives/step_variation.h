@@ -79,7 +79,7 @@ std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model,
                                                    const StepPieces& pieces,
                                                    StepVariation::Side side);
 /// The names of the parameters that a run of a method has derivatives by.
-/// @throws InvalidArgument as StepPieces and phs::linearise()
+/// @throws InvalidArgument as gradient_of_run()
 std::vector<std::string> parameters_of_run(const std::string& method, const phs::Model& model,
                                            double h);
 

@@ -24,7 +24,7 @@ class StormerVerletVariation final : public StepVariation {
   StormerVerletVariation(const phs::Model& model, Side side)
       : n_(size_t(model.description().nx) / 2),
         adjoint_(side == Side::adjoint),
-        linear_(phs::linearise<Lanes>(model)),
+        linear_(linearise_run<Lanes>(model)),
         turns_(model.description()),
         x_(2 * n_, Lanes(0.0)),
         f_(x_),
@@ -261,7 +261,7 @@ class StormerVerletVariation final : public StepVariation {
 
   /// ∂κ/∂θ, where κ is a third of the sum of numbers of the field (UnitQuaternions).
   void differentiate_kappa(const phs::Model& model) {
-    const auto linear = phs::linearise<double>(model);
+    const auto linear = linearise_run<double>(model);
     std::vector<double> x(2 * n_, 0.0), f(x), of(x), out(x);
     for (const Rotation& r : rotations_) x[r.q] = 1;
     for (Rotation& r : rotations_) {

@@ -10,6 +10,7 @@
 #include "phs/functions/gate.h"
 #include "phs/linear_algebra/matrix.h"
 #include "phs/network/elements.h"
+#include "phs/system/instants.h"
 #include "phs/system/state.h"
 #include "phs/system/system.h"
 
@@ -165,11 +166,13 @@ struct Casimir {
 /// Storages and powers are those of the members, potentials, resistive elements and sources, by
 /// name. Invariants: the members' invariants that no joined port changes, and the linear Casimirs
 /// of the composition, cᵀ(J - R) = 0, found numerically.
-class NetworkModel : public ModelFor<NetworkModel> {
+class NetworkModel : public ModelFor<NetworkModel>, public WithInstants {
  public:
   explicit NetworkModel(std::shared_ptr<const Network::Plan> plan);
   const Description& description() const override;
   std::vector<HoldPtr> holds() const override;
+  /// Without sampled controllers null.
+  std::unique_ptr<Instants> instants() const override;
 
   template <class T>
   std::unique_ptr<System<T>> make_system() const;

@@ -193,7 +193,7 @@ std::shared_ptr<const NetworkModel> Network::build() const {
     fresh.resize(fresh.size() + c.encoder.size(), NAN);  // no encoder reading yet
     if (c.gate)
       for (const double number : c.gate->fresh()) fresh.push_back(number);
-    c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh});
+    c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh, {}, size_t(c.size)});
   }
   for (auto& c : p->sampled) {
     for (const auto& f : p->F)
@@ -204,7 +204,8 @@ std::shared_ptr<const NetworkModel> Network::build() const {
     std::vector<double> fresh(c.rows.size(), 0.0);
     const auto own = c.law->fresh();
     fresh.insert(fresh.end(), own.begin(), own.end());
-    c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh, c.law->shown()});
+    c.hold =
+        std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh, c.law->shown(), c.rows.size()});
     for (auto& number : c.hold->shown) number.at += c.rows.size();
   }
   for (const auto& d : p->filling)

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <numeric>
 
 #include "phs/network/detail/network_linearised.h"
 #include "phs/scalars/derivative.h"
@@ -68,8 +69,9 @@ class NetworkLinearised final : public Linearised<T> {
   using typename Linearised<T>::Plain;
 
  public:
-  explicit NetworkLinearised(const Plan& plan)
+  NetworkLinearised(const Plan& plan, std::vector<HeldPtr> memories)
       : p_(plan),
+        memories_(std::move(memories)),
         plain_(size_t(plan.nu())),
         lambda_(size_t(plan.nx())),
         mu_(lambda_.size()),
@@ -92,13 +94,31 @@ class NetworkLinearised final : public Linearised<T> {
     std::ranges::for_each(p_.springs, element);
     std::ranges::for_each(p_.laws, element);
     std::ranges::for_each(p_.sources, element);
+    const auto add_hold = [&](const std::string& name, std::vector<int> rows,
+                              const std::vector<int>& sensors) {
+      for (size_t k = 0; k < rows.size(); ++k) {
+        held_.push_back({seen_.size(), k, rows[k]});
+        names_.push_back(name + ".held[" + std::to_string(k) + "]");
+      }
+      rows.insert(rows.end(), sensors.begin(), sensors.end());
+      seen_.push_back(std::move(rows));
+    };
+    for (const auto& c : p_.controls) {
+      std::vector<int> rows(size_t(c.size));
+      std::iota(rows.begin(), rows.end(), c.row);
+      if (c.hold) add_hold(c.name, std::move(rows), c.sensors);
+    }
+    for (const auto& c : p_.sampled) add_hold(c.name, c.rows, {});
   }
   /// Whether this class covers everything that is joined.
   bool whole() const {
     const auto plain = [&](int row) { return plain_[size_t(row)].momentum >= 0; };
     const auto acts_plainly = [&](const auto& element) { return plain(element.row); };
-    return p_.controls.empty() && p_.sampled.empty() && p_.filling.empty() &&
-           p_.block_springs.empty() && p_.F.empty() &&
+    const auto held = [](const auto& c) { return c.hold && c.tank < 0; };
+    return std::ranges::all_of(p_.controls, held) && std::ranges::all_of(p_.sampled, held) &&
+           std::ranges::all_of(
+               seen_, [&](const auto& rows) { return std::ranges::all_of(rows, plain); }) &&
+           p_.filling.empty() && p_.block_springs.empty() && p_.F.empty() &&
            std::ranges::all_of(p_.B, [&](const auto& b) { return plain(b.row) && plain(b.col); }) &&
            std::ranges::all_of(p_.laws, acts_plainly) &&
            std::ranges::all_of(p_.sources, acts_plainly);
@@ -119,6 +139,8 @@ class NetworkLinearised final : public Linearised<T> {
       sources_[k] = value_at(*s.v, t);
       momentum(dx, s.row) = momentum(dx, s.row) + of_source(k) * sources_[k];
     });
+    for (const HeldValue& h : held_)
+      momentum(dx, h.row) = momentum(dx, h.row) + T((*memories_[h.hold])[h.at]);
     couple(dx);
   }
   void times(In v, Out out) override {
@@ -164,6 +186,28 @@ class NetworkLinearised final : public Linearised<T> {
          [&](const auto& s, size_t k) { add(at_momentum(lambda_, s), -springs_[k].force); });
     each(p_.laws, [&](const auto& l, size_t k) { add(momentum(lambda_, l.row), -laws_[k].force); });
     each(p_.sources, [&](const auto& s, size_t k) { add(momentum(lambda_, s.row), sources_[k]); });
+    for (const HeldValue& h : held_) add(momentum(lambda_, h.row), T(1.0));
+  }
+  size_t held() const override { return held_.size(); }
+  void add_held(std::span<const double> change, Out out) override {
+    each(held_, [&](const HeldValue& h, size_t k) {
+      momentum(out, h.row) = momentum(out, h.row) + T(change[k]);
+    });
+  }
+  /// y_i is number `rate` of the field, which no element is in.
+  void add_flow_gradient(size_t hold, std::span<const double> weights, Out gradient) override {
+    std::ranges::fill(mu_, T(0.0));
+    for (size_t k = 0; k < weights.size(); ++k) {
+      T& at = rate(mu_, seen_[hold][k]);
+      at = at + T(weights[k]);
+    }
+    size_t at = 0;
+    for (size_t i = 0; i < members_.size(); ++i) {
+      const size_t count = members_[i]->parameters().size();
+      members_[i]->transpose_times(state(i, In(mu_)), state(i, Out(lambda_)));
+      members_[i]->add_gradient(T(1.0), gradient.subspan(at, count));
+      at += count;
+    }
   }
 
   void along_parameters(std::span<const double> change) override {
@@ -186,6 +230,11 @@ class NetworkLinearised final : public Linearised<T> {
   }
 
  private:
+  /// A value that a controller holds: the number of its hold, the place in its memory, its input.
+  struct HeldValue {
+    size_t hold, at;
+    int row;
+  };
   template <class Span>
   auto state(size_t i, Span x) const {
     return x.subspan(size_t(p_.members[i].x), size_t(p_.members[i].nx));
@@ -218,6 +267,9 @@ class NetworkLinearised final : public Linearised<T> {
   }
 
   const Plan& p_;
+  std::vector<HeldPtr> memories_;
+  std::vector<HeldValue> held_;
+  std::vector<std::vector<int>> seen_;  ///< by hold, the inputs whose outputs its law sees
   std::vector<std::unique_ptr<Linearised<T>>> members_;
   std::vector<Plain> plain_;  ///< by input
   std::vector<T> lambda_, mu_, turns_, factors_;
@@ -230,13 +282,15 @@ class NetworkLinearised final : public Linearised<T> {
 }  // namespace
 
 template <class T>
-std::unique_ptr<Linearised<T>> make_network_linearised(const Network::Plan& plan) {
-  auto made = std::make_unique<NetworkLinearised<T>>(plan);
+std::unique_ptr<Linearised<T>> make_network_linearised(const Network::Plan& plan,
+                                                       std::vector<HeldPtr> memories) {
+  auto made = std::make_unique<NetworkLinearised<T>>(plan, std::move(memories));
   if (!made->whole()) return nullptr;
   return made;
 }
-#define PORTHOS_INSTANTIATE(T) \
-  template std::unique_ptr<Linearised<T>> make_network_linearised<T>(const Network::Plan&);
+#define PORTHOS_INSTANTIATE(T)                                                             \
+  template std::unique_ptr<Linearised<T>> make_network_linearised<T>(const Network::Plan&, \
+                                                                     std::vector<HeldPtr>);
 PORTHOS_INSTANTIATE(double)
 PORTHOS_INSTANTIATE(Pack4)
 PORTHOS_INSTANTIATE(Pack8)

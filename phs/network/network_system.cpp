@@ -5,7 +5,6 @@
 #include "phs/network/detail/control_values.h"
 #include "phs/network/detail/network_constraints.h"
 #include "phs/network/detail/network_linearised.h"
-#include "phs/network/detail/network_plan.h"
 #include "phs/network/detail/network_resolvent.h"
 #include "phs/network/detail/sampled_controls.h"
 #include "phs/network/detail/source_values.h"
@@ -227,9 +226,11 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     if constexpr (std::is_same_v<T, double>) return make_network_resolvent(p_, systems_, turn_);
     return nullptr;
   }
-  std::unique_ptr<Linearised<T>> linearised() override { return network_linearised<T>(p_); }
+  std::unique_ptr<Linearised<T>> linearised() override {
+    return network_linearised<T>(p_, controls_, with_memory_);
+  }
   std::unique_ptr<Linearised<BasicDual<T>>> linearised_in_duals() override {
-    return network_linearised<BasicDual<T>>(p_);
+    return network_linearised<BasicDual<T>>(p_, controls_, with_memory_);
   }
 
  private:

@@ -52,6 +52,22 @@ class Linearised {
   /// @throws InvalidArgument along a rotor's inertia that is 0
   virtual void along_parameters(std::span<const double> change) { (void)change; }
 
+  /// How many of the last parameters are the values that the sampled controllers of a run hold
+  /// (Hold::values), one after another.
+  virtual size_t held() const { return 0; }
+  /// out += ∂f/∂w change, by those values w.
+  virtual void add_held(std::span<const double> change, Out out) {
+    (void)change;
+    (void)out;
+  }
+  /// gradient += weights · ∂y/∂θ, with y the outputs that the law of that hold sees
+  /// (Instants::flows), at the point of the last at(). It ends what transpose_times() prepared.
+  virtual void add_flow_gradient(size_t hold, std::span<const double> weights, Out gradient) {
+    (void)hold;
+    (void)weights;
+    (void)gradient;
+  }
+
  private:
   std::vector<std::string> none_;
 };
@@ -82,6 +98,12 @@ class Differentiable {
 ///   depend on an earlier state
 template <class T>
 std::unique_ptr<Linearised<T>> linearise(const Model& model);
+/// The same of the model of a run, whose evaluators read what its sampled controllers hold. These
+/// values are constants and parameters (Linearised::held).
+/// @param held  the memories of the run, one for each of Model::holds()
+/// @throws InvalidArgument for a model with constraints, and for another number of memories
+template <class T>
+std::unique_ptr<Linearised<T>> linearise(const Model& model, std::vector<HeldPtr> held);
 
 /// The derivative of a model's field in duals over lanes, for second derivatives: at x + ε δ the
 /// second part of Dfᵀλ is (D²f δ)ᵀ λ. The model must outlive it.

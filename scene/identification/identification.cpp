@@ -6,7 +6,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "phs/system/linearised.h"
 #include "scene/assemble/model_notes.h"
 #include "scene/identification/detail/least_squares.h"
 #include "scene/identification/detail/momentum_regression.h"
@@ -168,7 +167,6 @@ Assembly assemble_with_tangents(Scene scene) {
   Assembly a = assemble(scene);
   scene.duration = scene.step;  // that of the log is a whole number of them
   (void)differentiable_steps(scene, a, "");
-  (void)phs::linearise<double>(*a.model);
   return a;
 }
 

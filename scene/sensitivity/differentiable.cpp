@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "integrators/derivatives/step_pieces.h"
-#include "phs/system/linearised.h"
+#include "integrators/derivatives/step_variation.h"
 #include "scene/assemble/contacts.h"
 
 namespace porthos::scene {
@@ -29,9 +28,6 @@ Steps differentiable_steps(const Scene& s, const Assembly& a, const std::string&
     refuse("no constraints: loops, couplings, rolling bodies, driven joints");
   if (!s.stops.empty()) refuse("no [[stop]], which ends a run where its state says");
   if (s.orbit) refuse("no [orbit]: its splitting has no adjoint here");
-  if (!a.model->holds().empty())
-    refuse(fmt::format("no sampled controllers, only continuous ones, and '{}' is sampled",
-                       a.model->holds().front()->name));
   if (jumps(*a.model)) refuse("no rigid contact, rigid joint stop or dry friction: they jump");
   if (switches(s))
     refuse("no contact and no joint stop that begins with a kink, expected law = \"smooth\"");
@@ -39,8 +35,8 @@ Steps differentiable_steps(const Scene& s, const Assembly& a, const std::string&
   if (s.monitor && (s.monitor->project || s.monitor->action == OnViolation::repeat))
     refuse("no [monitor] that repeats or projects steps");
   try {
-    (void)integrators::StepPieces(s.method, *a.model, s.step);  // refuses other methods
-    (void)phs::linearise<double>(*a.model);                     // and systems without slopes
+    // refuses other methods, and systems and sampled laws without slopes
+    (void)integrators::parameters_of_run(s.method, *a.model, s.step);
   } catch (const InvalidArgument& e) {
     throw InvalidArgument(e.what() + instead);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrators/derivatives/run_instants.h"
 #include "mechanics/derivatives/linearised_mechanism.h"
 #include "mechanics/rotation.h"
 
@@ -93,7 +94,9 @@ void Inputs::add_parameters() {
   of_joints(".damping", &JointProperties::damping,
             [&](const auto& c) { return c.effort_unit + (turns(c) ? " s/rad" : " s/m"); });
   of_joints(".rest", &JointProperties::rest, [](const auto& c) { return c.unit; });
-  for (size_t i = list_.size(); i < names_.size(); ++i) add(names_[i], "1", 1);  // factors
+  const auto gains = integrators::gains_of_run(*assembly_.model);
+  while (list_.size() < names_.size() - gains.size()) add(names_[list_.size()], "1", 1);  // factors
+  for (const auto& gain : gains) add(gain.name, gain.unit, gain.value);
 }
 
 void Inputs::add_starts() {

@@ -21,7 +21,8 @@ struct Input {
 /// Parameters: "<body>.mass" [kg], with the centre of mass and the inertia about it kept;
 /// "<body>.com.x" [m] in the body's frame; "<body>.inertia.xx" [kg m²] about the centre of mass,
 /// along the inertia axes of the model file, .xy for both elements; "<joint>.rotor_inertia",
-/// ".stiffness", ".damping", ".rest"; "<element>.factor", a factor on its force, 1 in the scene.
+/// ".stiffness", ".damping", ".rest"; "<element>.factor", a factor on its force, 1 in the scene; of
+/// a sampled [[element]] of type controller "<element>.stiffness", ".damping", ".target", ".speed".
 ///
 /// Start values: "<joint>.position", ".velocity"; of joints that turn freely "<joint>.attitude.x",
 /// a small turn about the body's axis [rad], ".angular_velocity.x" in the body's axes, and where

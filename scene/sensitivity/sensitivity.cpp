@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "integrators/derivatives/run_gradient.h"
+#include "integrators/derivatives/run_instants.h"
 #include "phs/system/linearised.h"
 #include "scene/sensitivity/differentiable.h"
 #include "scene/sensitivity/end_differences.h"
@@ -27,8 +28,11 @@ void check_request(const SensitivityRequest& request) {
         *request.uncertainty));
 }
 
+/// None where there are gains of sampled laws alone.
 std::vector<std::string> parameters_of(const Scene& scene, const phs::Model& model) {
-  return integrators::parameters_of_run(scene.method, model, scene.step);
+  auto names = integrators::parameters_of_run(scene.method, model, scene.step);
+  if (names.size() == integrators::gains_of_run(model).size()) names.clear();
+  return names;
 }
 bool has_parameters(const Scene& scene) {
   return !parameters_of(scene, *assemble(scene).model).empty();
@@ -60,7 +64,7 @@ std::vector<std::string> parameters_end_with(const Scene& scene) {
 }
 
 std::string no_parameters_note(const Scene& scene, const phs::Model& model) {
-  if (!phs::linearise<double>(model)->parameters().empty())
+  if (model.holds().empty() && !phs::linearise<double>(model)->parameters().empty())
     return fmt::format(
         "no slopes by parameters of runs of {}, only by start values: gauss16 has both, and --by "
         "takes differences of whole runs",
@@ -156,6 +160,7 @@ EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& req
     if (g.outcome != integrators::Outcome::ok) return r;
     const EndQuantity& at_end = ends.found(i);
     auto theta = g.parameters;
+    theta.resize(parameters.size());
     for (size_t k = 0; k < theta.size(); ++k) theta[k] += at_end.by_parameters[k];
     r.of.push_back({at_end.name, at_end.unit, at_end.value, inputs.slopes(g.start, theta), g.growth,
                     at_end.error});

@@ -321,11 +321,6 @@ TEST(RunGradient, RefusesWhatItDoesNotCover) {
   };
   refused("spark8", *p.model, "not for 'spark8'");
   refused("nonsense", *p.model, "nonsense");
-  phs::Network net("held");
-  net.add("arm", p.model)
-      .control("law", "arm.link0.torque",
-               phs::law([](auto, auto, auto y, auto u) { u[0] = -y[0]; }), {.period = p.h});
-  refused("gauss8", *net.build(), "a derivative takes no sampled controllers");
 }
 
 /// A stiff spring: the run takes Newton's method, and its derivative a direct solution.

@@ -137,6 +137,47 @@ TEST_F(EndDifferences, AreThoseOfTheAdjoint) {
   std::printf("  off by %.2g times the error told at most\n", worst);
 }
 
+/// A controller that holds its force, by its gains too.
+TEST_F(EndDifferences, OfASampledControllerAreThoseOfTheAdjoint) {
+  const Scene plain = sliding(100);
+  std::string text = plain.text;
+  const auto from = text.find("[[event]]"), to = text.find("[integrator]");
+  text.replace(from, to - from, R"([[element]]
+type = "controller"
+name = "servo"
+joint = "slide"
+stiffness = 30
+damping = 4
+target = 0.3
+rate = 8
+[[element]]
+type = "controller"
+name = "lid"
+joint = "hinge"
+stiffness = 3
+target = 1
+rate = 4
+output = "mean"
+)");
+  const Scene s = read(text);
+  const std::vector<std::string> of = {"block.x", "hinge.position", "energy"},
+                                 by = {"block.mass",    "slide.velocity", "servo.stiffness",
+                                       "servo.damping", "servo.target",   "lid.stiffness"};
+  const auto whole = end_sensitivity(s, {.of = of}), r = end_sensitivity(s, {.of = of, .by = by});
+  ASSERT_EQ(r.failure + whole.failure, "");
+  for (size_t i = 0; i < by.size(); ++i) {
+    const auto at = std::ranges::find(whole.inputs, by[i], &Input::name);
+    ASSERT_NE(at, whole.inputs.end()) << by[i];
+    EXPECT_DOUBLE_EQ(at->value, r.inputs[i].value) << by[i];
+    EXPECT_EQ(at->unit, r.inputs[i].unit) << by[i];
+    for (size_t k = 0; k < of.size(); ++k) {
+      const double exact = whole.of[k].slopes[size_t(at - whole.inputs.begin())];
+      EXPECT_NEAR(r.of[k].slopes[i], exact, 3 * r.of[k].errors[i] + 1e-14) << of[k] << " " << by[i];
+    }
+  }
+  EXPECT_GT(std::fabs(r.of[0].slopes[2]), 1e-3);
+}
+
 /// Locked at 0.55 m it ends there, whatever its speed. Controls: at 2 m, where it just arrives, a
 /// slower block is not locked, so that the two sides have the slopes 2 s and 0.
 TEST_F(EndDifferences, OfALockAreExactAndTellAKink) {

@@ -465,14 +465,12 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
 
 /// What the examples have that has no slopes.
 TEST(Sensitivity, RefusesExamplesByWhatTheyHave) {
-  for (const auto& [example, words] :
-       {std::pair{"ets_vii_orbit", "no [orbit]"},
-        {"capture", "no [[event]]"},
-        {"newton_cradle", "no rigid contact"},
-        {"dry_joints", "dry friction: they jump"},
-        {"vsa_throw", "no [[actuator]]"},
-        {"slew", "no sampled controllers, only continuous ones, and 'attitude.wheel_x.torque' is"},
-        {"four_bar", "no constraints: loops"}}) {
+  for (const auto& [example, words] : {std::pair{"ets_vii_orbit", "no [orbit]"},
+                                       {"capture", "no [[event]]"},
+                                       {"newton_cradle", "no rigid contact"},
+                                       {"dry_joints", "dry friction: they jump"},
+                                       {"vsa_throw", "no [[actuator]]"},
+                                       {"four_bar", "no constraints: loops"}}) {
     const Scene s =
         read_scene(fmt::format("{}/examples/{}/scene.toml", PORTHOS_SOURCE_DIR, example));
     try {

@@ -38,6 +38,12 @@ class ControlValues {
   /// How many have a hold, and the control of hold number i.
   size_t sampled() const { return sampled_.size(); }
   size_t sampled(size_t i) const { return sampled_[i]; }
+  /// Of all holds.
+  std::vector<HeldPtr> memories() const {
+    std::vector<HeldPtr> all;
+    for (const size_t j : sampled_) all.push_back(held_[j]);
+    return all;
+  }
   /// What control j holds.
   T held(size_t j, size_t k) const { return T((*held_[j])[k]); }
   Out held(size_t j) {

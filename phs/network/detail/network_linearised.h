@@ -1,7 +1,9 @@
 #pragma once
 #include <memory>
 
+#include "phs/network/detail/control_values.h"
 #include "phs/network/detail/network_plan.h"
+#include "phs/network/detail/sampled_controls.h"
 #include "phs/system/linearised.h"
 
 namespace porthos::phs {
@@ -15,18 +17,27 @@ namespace porthos::phs {
 ///
 /// Parameters: those of the members; then one "<element>.factor" for each spring, law and source: a
 /// factor on its force, 1 in this model. So the derivative by a linear spring's constant is that of
-/// its factor divided by it.
+/// its factor divided by it. Last the values that sampled controllers hold, which are constants
+/// here.
 ///
-/// Returns null where a port turns with the state, or a controller, a spring on a block of several
-/// numbers or a feedthrough takes part.
-/// plan: must outlive the result.
+/// Returns null where a port turns with the state, or a continuous controller, a tank, a spring on
+/// a block of several numbers or a feedthrough takes part.
+/// plan: must outlive the result; memories: of all holds, in their order
 template <class T>
-std::unique_ptr<Linearised<T>> make_network_linearised(const Network::Plan& plan);
+std::unique_ptr<Linearised<T>> make_network_linearised(const Network::Plan& plan,
+                                                       std::vector<HeldPtr> memories);
 
-/// The same for any scalar: null also for those that Linearised is not there for.
-template <class T>
-std::unique_ptr<Linearised<T>> network_linearised(const Network::Plan& plan) {
-  if constexpr (has_linearised<T>) return make_network_linearised<T>(plan);
+/// The same for any scalar T: null also for those that Linearised is not there for. The memories
+/// are those of an evaluator.
+template <class T, class S>
+std::unique_ptr<Linearised<T>> network_linearised(const Network::Plan& plan,
+                                                  const ControlValues<S>& controls,
+                                                  const SampledControls<S>& with_memory) {
+  if constexpr (has_linearised<T>) {
+    std::vector<HeldPtr> memories = controls.memories();
+    memories.insert(memories.end(), with_memory.memories().begin(), with_memory.memories().end());
+    return make_network_linearised<T>(plan, std::move(memories));
+  }
   return nullptr;
 }
 

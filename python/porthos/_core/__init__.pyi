@@ -1997,7 +1997,7 @@ def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'ga
     one, its gradient is differenced, with an error of some 1e-10.
 
     Raises InvalidArgument for a method without it (docs/derivatives.md, "What is covered"), a model with constraints or
-    sampled controllers, a direction in a system without second derivatives, and RuntimeError where a step or its adjoint does not converge.
+    a sampled law without derivatives, a direction with sampled controllers or in a system without second derivatives, and RuntimeError where a step or its adjoint does not converge.
     """
     ...
 

@@ -13,14 +13,22 @@ struct Gains {
 /// tau = stiffness (target - z) + damping (speed - z'). With a rate, z and z' are those at the
 /// sampling instants.
 phs::LawPtr joint_controller(const mechanics::MechanicalModel& model, const Element& e,
-                             const Gains& g) {
+                             const Gains& own) {
   size_t at = 0;
+  std::string unit = "rad";
   for (const auto& b : model.description().blocks)
-    if (b.name == e.joint) at = size_t(b.at);
-  return phs::law([at, g](auto, auto x, auto y, auto u) {
-    using T = typename decltype(u)::value_type;
-    u[0] = T(g.stiffness) * (T(g.target) - x[at]) + T(g.damping) * (T(g.speed) - y[0]);
-  });
+    if (b.name == e.joint) {
+      at = size_t(b.at);
+      unit = b.unit;
+    }
+  const std::string force = unit == "rad" ? "N m" : "N";
+  return phs::law({{"stiffness", own.stiffness, force + "/" + unit},
+                   {"damping", own.damping, force + " s/" + unit},
+                   {"target", own.target, unit},
+                   {"speed", own.speed, unit + "/s"}},
+                  [at](auto g, auto, auto x, auto y, auto u) {
+                    u[0] = g[0] * (g[2] - x[at]) + g[1] * (g[3] - y[0]);
+                  });
 }
 
 void read_controller(const Table& t, Element& e) {
