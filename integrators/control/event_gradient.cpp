@@ -3,17 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "integrators/control/event_legs-inl.h"
-#include "integrators/control/phase_steps-inl.h"
+#include "integrators/control/event_steps-inl.h"
 
 namespace porthos::integrators {
 namespace {
-
-double dot(std::span<const double> a, std::span<const double> b) {
-  double sum = 0;
-  for (size_t k = 0; k < b.size(); ++k) sum = std::fma(a[k], b[k], sum);
-  return sum;
-}
 
 /// Such a run backwards.
 class AcrossEvents {
@@ -117,7 +110,7 @@ class AcrossEvents {
     Outcome o = Outcome::ok;
     if (moves) {
       o = steps.by_times(-1, 1, change_);
-      by_time_ = dot(lambda(), change_);
+      by_time_ = product_of(lambda(), change_);
     }
     TwoWords own(steps.parameters().size());
     if (o == Outcome::ok) o = steps.back(lambda_, own);
@@ -154,7 +147,7 @@ class AcrossEvents {
   bool back_over_event(const EventLegs& run, const EventLeg& leg) {
     const RunEvent& event = phases_[leg.phase].events[size_t(leg.event)];
     const auto& d = phases_[leg.phase].model->description();
-    const auto x = whole(d, leg.end), after = lambda();
+    const auto x = whole_numbers(d, leg.end), after = lambda();
     const double t = run.time_at_end(leg);
     const size_t n = x.size(), columns = n + 1 + event.numbers.size();
     EventInDuals in_duals(event);
@@ -166,12 +159,13 @@ class AcrossEvents {
     by[n] += by_time_;
     if (const Outcome o = steps_[leg.phase]->by_times(1, 0, change_); o != Outcome::ok)
       return fail(o, "the tangent of the step before '" + event.name + "'");
-    const double moved = dot(by, change_) + by[n];
+    const double moved = product_of(by, change_) + by[n];
     double rate = NAN;
     if (event.guard) {
       const auto slopes = in_duals.guard_slopes(t, x);
-      rate = dot(slopes, change_) + slopes[n];
-      if (grazes(event, leg, t, rate)) return false;
+      rate = product_of(slopes, change_) + slopes[n];
+      if (const auto why = graze(event, leg, *steps_[leg.phase], t, rate, options_); !why.empty())
+        return fail(Outcome::failed, why);
       for (size_t k = 0; k < columns; ++k) by[k] -= moved / rate * slopes[k];
     } else {
       sums_.add(place(event.name + ".at"), moved);
@@ -181,22 +175,6 @@ class AcrossEvents {
     lambda_ = TwoWords(std::span<const double>(by).first(n));
     r_.events.push_back({leg.phase, size_t(leg.event), t, rate});
     return true;
-  }
-  /// Whether a guard's rate is nothing against its change over a step.
-  bool grazes(const RunEvent& event, const EventLeg& leg, double t, double rate) {
-    const auto& d = phases_[leg.phase].model->description();
-    const TakenStep& last = leg.steps.back();
-    const double before = t - last.size;
-    EventInDuals in_duals(event);
-    const auto slopes = in_duals.guard_slopes(before, whole(d, leg.last));
-    const double rate_before =
-                     dot(slopes, steps_[leg.phase]->field(before, leg.last)) + slopes[d.nx],
-                 bend = std::fabs(rate - rate_before) * h_ / last.size;
-    if (std::fabs(rate) > options_.grazing * bend && rate != 0) return false;
-    return !fail(Outcome::failed, "the event '" + event.name + "' grazes at t = " + number(t) +
-                                      " s: its guard passes 0 at " + number(rate) +
-                                      "/s, and within a step that changes by " + number(bend) +
-                                      ": there is no derivative to trust");
   }
 
   const std::string& method_;
@@ -210,37 +188,6 @@ class AcrossEvents {
   double by_time_ = 0;  ///< ∂J by the time at which the leg behind begins, its start kept
   std::vector<double> change_;
 };
-
-void check_phases(const std::vector<RunPhase>& phases, const phs::State& start, double duration,
-                  double h) {
-  if (phases.empty()) throw InvalidArgument("there are no phases, expected one or more");
-  if (!(duration > 0) || !(h > 0))
-    throw InvalidArgument("duration is " + number(duration) + " s and the step " + number(h) +
-                          " s, expected both > 0");
-  if (start.origin_step != 0 || start.step != 0 || start.origin != 0)
-    throw InvalidArgument("the start of a run with events is a state of a run, expected time 0");
-  require_size("x", start.x.size(), size_t(phases[0].model->description().nx));
-  for (const RunPhase& phase : phases) {
-    if (!phase.model->holds().empty())
-      throw InvalidArgument("a gradient across events takes no sampled controllers, and '" +
-                            phase.model->description().name + "' has '" +
-                            phase.model->holds().front()->name + "'");
-    for (const RunEvent& event : phase.events) {
-      const auto refuse = [&](const std::string& what) {
-        throw InvalidArgument("the event '" + event.name + "' " + what);
-      };
-      if (event.then >= int(phases.size()))
-        refuse("goes on to phase " + std::to_string(event.then) + " of " +
-               std::to_string(phases.size()));
-      if (!event.guard && !(event.at > 0)) refuse("has no guard, expected a time at > 0");
-      const phs::Model& to = event.then < 0 ? *phase.model : *phases[size_t(event.then)].model;
-      if (!event.reset && to.description().nx != phase.model->description().nx)
-        refuse("has no reset, expected one: the phases have " +
-               std::to_string(phase.model->description().nx) + " and " +
-               std::to_string(to.description().nx) + " numbers");
-    }
-  }
-}
 
 }  // namespace
 

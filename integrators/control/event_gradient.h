@@ -1,6 +1,7 @@
 #pragma once
 #include <atomic>
 #include <functional>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -95,5 +96,25 @@ EventGradient gradient_across_events(const std::string& method, const std::vecto
                                      const phs::State& start, double h, double duration,
                                      const EventObjective& objective,
                                      const EventGradientOptions& options = {});
+
+/// The change of a run with events along a direction.
+struct EventTangent {
+  Outcome outcome = Outcome::ok;  ///< if not ok, it means nothing
+  std::string remark;             ///< then: where and why
+  phs::State end;                 ///< of the last phase
+  std::vector<double> change;     ///< of that state
+  double time_change = 0;         ///< of its time, where an event ends the run [s]
+};
+
+/// The tangent of the same run along a change of its start and of the numbers of its events. Their
+/// product with ∂J/∂x_N, ∂J/∂t_N is that of the gradient with the direction, to rounding.
+/// @param direction  δx_0, size nx of the first phase
+/// @param numbers  δθ by names as EventGradient::names; others are 0
+/// @throws InvalidArgument as gradient_across_events(), and for a name that no event has
+EventTangent tangent_across_events(const std::string& method, const std::vector<RunPhase>& phases,
+                                   const phs::State& start, double h, double duration,
+                                   std::span<const double> direction,
+                                   const std::map<std::string, double>& numbers = {},
+                                   const EventGradientOptions& options = {});
 
 }  // namespace porthos::integrators

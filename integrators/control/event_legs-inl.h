@@ -7,7 +7,7 @@
 #include "integrators/control/event_gradient.h"
 #include "phs/scalars/derivative.h"
 
-/// A run with events, as the legs between them. Private to event_gradient.cpp.
+/// A run with events, as the legs between them. Private to event_*.cpp.
 namespace porthos::integrators {
 
 /// An event in duals at an instant, with its derivatives by (x, t, its numbers).
@@ -66,7 +66,7 @@ class EventInDuals {
 };
 
 /// x + lo with all turns.
-inline std::vector<double> whole(const phs::Description& d, const phs::State& s) {
+inline std::vector<double> whole_numbers(const phs::Description& d, const phs::State& s) {
   auto x = phs::with_turns(d, s);
   for (size_t k = 0; k < x.size(); ++k) x[k] += s.lo[k];
   return x;
@@ -204,7 +204,7 @@ class EventLegs {
     const RunEvent& event = phases_[phase_].events[size_t(leg.event)];
     const size_t to = event.then < 0 ? phase_ : size_t(event.then);
     const auto& d = phases_[to].model->description();
-    const auto x = whole(description(), state_);
+    const auto x = whole_numbers(description(), state_);
     const auto after = EventInDuals(event).reset(time_at_end(leg), x, size_t(d.nx));
     if (phases_[to].model == phases_[phase_].model) {
       for (size_t k = 0; k < after.size(); ++k) {

@@ -7,7 +7,7 @@
 
 #include "integrators/derivatives/step_variation.h"
 
-/// Derivatives of single steps by their size. Private to event_gradient.cpp.
+/// Derivatives of single steps by their size. Private to event_*.cpp.
 namespace porthos::integrators {
 
 /// Single steps of a phase with their derivatives.
@@ -54,6 +54,19 @@ class PhaseSteps {
     }
     return Outcome::ok;
   }
+  /// The tangent of that step.
+  Outcome forwards(TwoWords& v) {
+    tangent_->forget();
+    Outcome o = Outcome::ok;
+    for (size_t i = 0; i < pieces_.count() && o == Outcome::ok; ++i) {
+      tangent_->at(pieces_[i], state_.turns);
+      o = tangent_->advance(v);
+    }
+    return o;
+  }
+  /// The state after that step.
+  phs::State& state() { return state_; }
+  double step_size() const { return pieces_.method().step_size(); }
   /// The change of its end by its size, and by the time at which it begins.
   Outcome by_times(double by_size, double by_start, std::vector<double>& change) {
     TwoWords v(n_);

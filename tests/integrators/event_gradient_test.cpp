@@ -239,6 +239,25 @@ TEST(EventGradient, OfAMovingWallIsThatOf113BitsOfTheSameSteps) {
     EXPECT_EQ(r.events.size(), size_t(hits));
     EXPECT_GE(hits, 3);
     EXPECT_LT(std::fabs(mine - expected), 1e-13 * moduli);
+    const auto linear =
+        gradient_across_events(method, {{&model, {wall}}}, start, h, T,
+                               {.end = [](double, std::span<const double>, std::span<double> g) {
+                                 g[0] = 0.3;
+                                 g[1] = -0.8;
+                                 return 0.0;
+                               }});
+    const auto tangent =
+        tangent_across_events(method, {{&model, {wall}}}, start, h, T, {{along[0], along[1]}},
+                              {{"wall.place", along[2]}, {"wall.restitution", along[3]}});
+    ASSERT_EQ(tangent.outcome, Outcome::ok) << tangent.remark;
+    const auto [there, size] = run_cost::product({0.3, -0.8}, tangent.change);
+    const auto [here, of_terms] =
+        run_cost::product({linear.start[0], linear.start[1], value_of(linear, "wall.place"),
+                           value_of(linear, "wall.restitution")},
+                          along);
+    std::printf("           the adjoint is off the tangent by %.1e of the moduli (bound 1e-14)\n",
+                std::fabs(there - here) / std::max(size, of_terms));
+    EXPECT_LT(std::fabs(there - here), 1e-14 * std::max(size, of_terms));
     if (method == std::string("gauss2")) other = mine;
     if (method == std::string("gauss12")) {
       EXPECT_GT(std::fabs(mine - other), 1e-4 * moduli) << "the control: of the same flow";
@@ -305,6 +324,10 @@ TEST(EventGradient, OfACaptureIsItsClosedForm) {
     EXPECT_NEAR(r.start[k], q.d, 1e-13) << k;
   });
   EXPECT_EQ(r.end.x.size(), 2U);
+  const auto tangent = tangent_across_events("gauss6", {{&apart, {meet}}, {&joined}}, start, 0.1, T,
+                                             {{1.0, 0.5, -0.25, 2.0}});
+  EXPECT_NEAR(tangent.change[0], r.start[0] + 0.5 * r.start[1] - 0.25 * r.start[2] + 2 * r.start[3],
+              1e-14);
 }
 
 /// A spring that is there from a given time on, and by the time.
@@ -324,6 +347,9 @@ TEST(EventGradient, ByTheTimeAtWhichASpringSwitchesOn) {
     EXPECT_NEAR(r.cost, end.v, 1e-13);
     EXPECT_NEAR(mine[k], end.d, 1e-12) << k;
   });
+  const auto tangent = tangent_across_events("gauss16", {{&loose, {on}}, {&sprung}}, start, 0.1, T,
+                                             {{0.0, 0.0}}, {{"on.at", 2}});
+  EXPECT_NEAR(tangent.change[0], 2 * mine[2], 1e-13);
 }
 
 /// The time of the fall, whose run its event ends.
@@ -340,6 +366,11 @@ TEST(EventGradient, OfTheTimeOfAnEventThatEndsTheRun) {
   EXPECT_NEAR(r.time, t, 1e-15);
   EXPECT_NEAR(r.start[0], 1 / (Ball::g * t), 1e-14);
   EXPECT_NEAR(r.start[1], 1 / (Ball::m * Ball::g), 1e-14);
+  const auto tangent =
+      tangent_across_events("gauss4", {{&ball, {floor}}}, phs::State(ball.description(), {1.5, 0}),
+                            0.1, 10, {{2.0, 0.0}}, {{"floor.restitution", 1}});
+  EXPECT_NEAR(tangent.time_change, 2 * r.start[0], 1e-14);
+  EXPECT_NEAR(tangent.change[0], 0, 1e-14) << "it is on the floor";
 }
 
 /// A mass on a spring that hits a wall, by its mass and the spring.
