@@ -26,6 +26,7 @@ PEER_MODELS = [("--fixed", "reference/pinocchio/urdf/panda7.urdf", "7-joint arm"
                ("--free", "reference/pinocchio/urdf/hyq.urdf", "quadruped")]
 TITLES = {pathlib.Path(file).stem: title for _, file, title in PEER_MODELS}
 TARGETS = {"aba": 0.45, "rnea": 0.5, "crba": 0.65, "field": 0.35}
+SLOPES = {"RNEA derivatives": 0.6, "ABA derivatives": None, "Hessian": 0.4}  # aims; the Hessian's beside ABA derivatives
 
 
 def run(*command):
@@ -125,6 +126,10 @@ def ratios(rows, wide):
         aim = "field's × 0.8" if what.startswith("aba") else "≥ 20, humanoid 14" if wide and "8" in what else "≥ 11" if not wide else ""
         body.append([f"best ABA / {what.replace('aba', 'ABA')}, per state", aim] +
                     [f"{1 / get[m, 'Porthos', what]['ratio']:.1f}" for m in models])
+    for what, bar in SLOPES.items():
+        if all("ratio" in get.get((m, "Porthos", what), {}) for m in models):
+            body.append(["Hessian of H / best ABA derivatives" if what == "Hessian" else f"{what} / best", f"≤ {bar}" if bar else ""] +
+                        [f"{get[m, 'Porthos', what]['ratio']:.2f}" for m in models])
     return table(["ratio", "aim"] + [TITLES.get(m, m) for m in models], body)
 
 
@@ -137,17 +142,18 @@ def peers_section(rows, heavy, wide):
     names = list(dict.fromkeys(r["subject"] for r in rows if r["subject"] != "Porthos"))
     text += (f"Present: {', '.join(names)}. The bar is the fastest of them, of each algorithm on each model; for the "
              "field it is the fastest ABA. All programs take turns on the same 64 states in one run; what is given is the "
-             "fastest of several hundred batches. Before anything is timed the accelerations, torques and mass matrices are "
+             "fastest of several hundred batches. Before anything is timed the accelerations, torques, mass matrices and derivatives are "
              "compared with Porthos' (1e-10; MuJoCo, which diagonalises inertias, 1e-5).\n\n")
     get = {(r["model"], r["subject"], r["what"]): r for r in rows}
     models = list(dict.fromkeys(r["model"] for r in rows))
     head = ["one state"] + [TITLES.get(m, m) for m in models]
     body = []
-    for what in ("aba", "rnea", "crba"):
+    for what in ("aba", "rnea", "crba", *SLOPES):
         for subject in ["Porthos"] + names:
             times = [get.get((m, subject, what)) for m in models]
+            title = "Hessian of H" if what == "Hessian" else what if what in SLOPES else what.upper()
             if any(times):  # not every library has every algorithm
-                body.append([f"{what.upper()}, {subject}"] + [time_text(t["ns"]) if t else "" for t in times])
+                body.append([f"{title}, {subject}"] + [time_text(t["ns"]) if t else "" for t in times])
     body.append(["field, Porthos"] + [time_text(get[m, "Porthos", "field"]["ns"]) for m in models])
     text += table(head, body) + "\n"
     text += ratios(rows, wide)

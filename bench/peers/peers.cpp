@@ -129,6 +129,9 @@ double check(const std::vector<Subject>& subjects, const Subject& s, const Case&
     compare(s.acceleration, subjects[0].acceleration, i, "forward dynamics");
     compare(s.torque, subjects[0].torque, i, "inverse dynamics");
     compare(s.mass_matrix, subjects[0].mass_matrix, i, "the mass matrix");
+    compare(s.torque_slopes, subjects[0].torque_slopes, i, "derivatives of inverse dynamics");
+    compare(s.acceleration_slopes, subjects[0].acceleration_slopes, i,
+            "derivatives of forward dynamics");
   }
   return worst;
 }
@@ -166,6 +169,9 @@ nlohmann::json measure(const std::shared_ptr<const Mechanism>& model, const std:
     if (s.aba) all.push_back({s.name, "aba", s.aba});
     if (s.rnea) all.push_back({s.name, "rnea", s.rnea});
     if (s.crba) all.push_back({s.name, "crba", s.crba});
+    if (s.rnea_derivatives) all.push_back({s.name, "RNEA derivatives", s.rnea_derivatives});
+    if (s.aba_derivatives) all.push_back({s.name, "ABA derivatives", s.aba_derivatives});
+    if (s.hessian) all.push_back({s.name, "Hessian", s.hessian});
   }
   add_field<double>(all, c, subjects[0].name);
   add_field<phs::Pack4>(all, c, subjects[0].name);
@@ -185,8 +191,9 @@ nlohmann::json measure(const std::shared_ptr<const Mechanism>& model, const std:
                        {"freedoms", model->nv()}, {"subject", t.subject},
                        {"what", t.what},          {"ns", t.best},
                        {"ns_median", t.median}};
-    fmt::print("  {:16} {:14} {:9.1f} ns  (median {:9.1f})", t.subject, t.what, t.best, t.median);
-    const std::string against = t.what == "rnea" || t.what == "crba" ? t.what : "aba";
+    fmt::print("  {:16} {:16} {:9.1f} ns  (median {:9.1f})", t.subject, t.what, t.best, t.median);
+    const bool field = t.what.starts_with("field") || t.what.starts_with("aba");
+    const std::string against = field ? "aba" : t.what == "Hessian" ? "ABA derivatives" : t.what;
     if (const Timing* peer = best_peer(against); peer && t.subject == subjects[0].name) {
       fmt::print("  {:.3f} of {}", t.best / peer->best, peer->subject);
       row["ratio"] = t.best / peer->best;

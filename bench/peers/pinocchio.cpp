@@ -2,8 +2,10 @@
 // this build.
 #include <pinocchio/fwd.hpp>
 //
+#include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/crba.hpp>
+#include <pinocchio/algorithm/rnea-derivatives.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
 #include <pinocchio/multibody/data.hpp>
 #include <pinocchio/multibody/model.hpp>
@@ -32,6 +34,14 @@ struct Run {
   }
   const Eigen::MatrixXd& crba(int i) {
     return pin::crba(model, *data, q[size_t(i)], pin::Convention::LOCAL);
+  }
+  void rnea_derivatives(int i) {
+    const auto s = size_t(i);
+    pin::computeRNEADerivatives(model, *data, q[s], v[s], tau[s]);
+  }
+  void aba_derivatives(int i) {
+    const auto s = size_t(i);
+    pin::computeABADerivatives(model, *data, q[s], v[s], tau[s]);
   }
 };
 
@@ -74,6 +84,30 @@ Subject pinocchio_subject(const Case& c) {
   convention.add_checks(
       s, c, [r] { return r->data->ddq; }, [r] { return r->data->tau; },
       [r] { return Eigen::MatrixXd(r->data->M.selfadjointView<Eigen::Upper>()); });
+  // Both take the derivative by a free base along its twists in its own axes.
+  const auto T = [model = c.model, convention, q = c.q](int i) {
+    return convention.rates(*model, q[size_t(i)]);
+  };
+  const auto columns = [](const auto&... part) {
+    Vec all;
+    (all.insert(all.end(), part.data(), part.data() + part.size()), ...);
+    return all;
+  };
+  s.rnea_derivatives = [r](int i) { r->rnea_derivatives(i); };
+  s.aba_derivatives = [r](int i) { r->aba_derivatives(i); };
+  s.torque_slopes = [=](int i) {
+    r->rnea_derivatives(i);
+    const Eigen::MatrixXd t = T(i), q = t.transpose() * r->data->dtau_dq * t,
+                          v = t.transpose() * r->data->dtau_dv * t;
+    return columns(q, v);
+  };
+  s.acceleration_slopes = [=](int i) {
+    r->aba_derivatives(i);
+    const Eigen::MatrixXd t = T(i), back = t.inverse(), q = back * r->data->ddq_dq * t,
+                          v = back * r->data->ddq_dv * t;
+    const Eigen::MatrixXd half = r->data->Minv.selfadjointView<Eigen::Upper>();
+    return columns(q, v, Eigen::MatrixXd(back * half * back.transpose()));
+  };
   return s;
 }
 

@@ -26,11 +26,16 @@ Case make_case(std::shared_ptr<const mechanics::Mechanism> model, int states = 6
 struct Subject {
   std::string name;
   std::function<void(int)> aba, rnea, crba;
+  /// Inverse and forward dynamics with all derivatives by coordinates, rates and torques.
+  std::function<void(int)> rnea_derivatives, aba_derivatives;
+  std::function<void(int)> hessian;  ///< of H(q, p), all of it; may be empty
   // What it found, in Porthos' conventions, for the check before anything is timed. No Eigen here:
   // how it aligns is the library's choice (dart.cpp).
   std::function<Vec(int)> acceleration,
       torque,                ///< of v̇ = tau, a number like any other; may be empty
-      mass_matrix;           ///< by columns; may be empty
+      mass_matrix,           ///< by columns; may be empty
+      torque_slopes,         ///< by coordinates and rates, by columns; may be empty
+      acceleration_slopes;   ///< by coordinates, rates and torques; may be empty
   double tolerance = 1e-10;  ///< largest relative difference from Porthos that counts as agreement
 };
 

@@ -67,12 +67,12 @@ void spread(const Mechanism& m, DerivativeWorkspace<T>& d, std::span<const T> v,
   }
 }
 
-/// Calls f(index, column) for the freedoms of a joint.
+/// Calls f(index, column) for the freedoms of joint i, which end where those of the next begin.
 template <class T, class F>
-void each_freedom(const Node& n, const DerivativeWorkspace<T>& d, F f) {
-  visit_joint(n.type, [&](auto J) {
-    for (size_t l = size_t(n.v); l < size_t(n.v) + decltype(J)::nv; ++l) f(l, d.columns[l]);
-  });
+void each_freedom(const Mechanism& m, size_t i, const DerivativeWorkspace<T>& d, F f) {
+  const auto& nodes = m.nodes();
+  const size_t end = size_t(i + 1 < nodes.size() ? nodes[i + 1].v : m.nv());
+  for (size_t l = size_t(nodes[i].v); l < end; ++l) f(l, d.columns[l]);
 }
 
 /// The entries of one freedom with all that carry it.
@@ -86,13 +86,13 @@ void fill_column(const Mechanism& m, const DerivativeWorkspace<T>& d, size_t i, 
   Force<T> by_q = change(b, c.P, c.Q);
   const Force<T> by_v = change(b, c.S, c.U), G = b.I * c.S;
   const Vec3<T> H = fma(T(2.0), cross(b.p, c.S.v), b.N.tmul(c.S.w));
-  each_freedom(nodes[i], d, [&](size_t l, const auto& own) {
+  each_freedom(m, i, d, [&](size_t l, const auto& own) {
     dq[l + nv * j] = dot(own.S, by_q);
     dv[l + nv * j] = dot(own.S, by_v);
   });
   by_q += cross(c.S, b.f);
   for (int a = nodes[i].parent; a >= 0; a = nodes[size_t(a)].parent)
-    each_freedom(nodes[size_t(a)], d, [&](size_t l, const auto& up) {
+    each_freedom(m, size_t(a), d, [&](size_t l, const auto& up) {
       dq[l + nv * j] = dot(up.S, by_q);
       dv[l + nv * j] = dot(up.S, by_v);
       dq[j + nv * l] = dot(H, up.P.w) + dot(up.Q, G);
@@ -110,20 +110,61 @@ Force<T> force_of_number(int k, const Motion<T>& V, const Motion<T>& a) {
   return I * a + cross(V, I * V);
 }
 
-/// Column j of M⁻¹ by the factors that aba() left in w.
+/// The entry in column l of a group.
 template <class T>
-void solve_unit(const Mechanism& m, const Workspace<T>& w, DerivativeWorkspace<T>& d, size_t j,
-                std::span<T> column) {
+T entry_of(const typename ColumnsOf<T>::type& x, int l) {
+  if constexpr (ColumnsOf<T>::count == 1)
+    return x;
+  else
+    return x[l];
+}
+/// Sets it.
+template <class T>
+void set_entry(typename ColumnsOf<T>::type& x, [[maybe_unused]] int l, const T& value) {
+  if constexpr (ColumnsOf<T>::count == 1)
+    x = value;
+  else
+    x.set(l, value);
+}
+
+/// The factors that aba() left, for a group of columns.
+template <class T>
+const auto& factor_of_columns(const Mechanism& m, const Workspace<T>& w,
+                              DerivativeWorkspace<T>& d) {
+  if constexpr (ColumnsOf<T>::count == 1) {
+    return w;
+  } else {
+    using Columns = typename ColumnsOf<T>::type;
+    Workspace<Columns>& f = *d.factor;
+    for (size_t i = 0; i < m.nodes().size(); ++i) {
+      f.screw[i] = Screw<Columns>(w.screw[i]);
+      f.X[i] = converted<Columns>(w.X[i]);
+    }
+    for (size_t j = 0; j < w.K.size(); ++j) {
+      for (int k = 0; k < 6; ++k) f.K[j][k] = Columns(w.K[j][k]);
+      f.D_inverse[j] = Columns(w.D_inverse[j]);
+    }
+    return f;
+  }
+}
+
+/// Columns of M⁻¹ from the `first` on, by the factors in w.
+template <class T, class Columns>
+void solve_units(const Mechanism& m, const Workspace<Columns>& w, DerivativeWorkspace<T>& d,
+                 size_t first, std::span<Columns> rows) {
   const auto& nodes = m.nodes();
-  std::fill(d.beta.begin(), d.beta.end(), passes::zero_force<T>());
+  std::fill(d.beta.begin(), d.beta.end(), passes::zero_force<Columns>());
   for (size_t i = nodes.size(); i-- > 0;) {
     const Node& n = nodes[i];
     visit_joint(n.type, [&](auto J) {
-      Force<T>& b = d.beta[i];
+      Force<Columns>& b = d.beta[i];
       unroll_descending<decltype(J)::nv>([&](auto k) {
         const size_t l = size_t(n.v + k);
-        const T u = T(l == j ? 1.0 : 0.0) - decltype(J)::template project<k>(n, b);
-        column[l] = u;
+        Columns unit(0.0);
+        if (l >= first && l < first + ColumnsOf<T>::count)
+          set_entry<T>(unit, int(l - first), T(1.0));
+        const Columns u = unit - decltype(J)::template project<k>(n, b);
+        rows[l] = u;
         b = fma(u, w.K[l], b);
       });
       if (n.parent >= 0) d.beta[size_t(n.parent)] += passes::to_parent<decltype(J)>(n, w, i, b);
@@ -132,16 +173,57 @@ void solve_unit(const Mechanism& m, const Workspace<T>& w, DerivativeWorkspace<T
   for (size_t i = 0; i < nodes.size(); ++i) {
     const Node& n = nodes[i];
     visit_joint(n.type, [&](auto J) {
-      Motion<T>& a = d.alpha[i];
-      a = n.parent < 0 ? passes::zero_motion<T>()
+      Motion<Columns>& a = d.alpha[i];
+      a = n.parent < 0 ? passes::zero_motion<Columns>()
                        : passes::to_child<decltype(J)>(n, w, i, d.alpha[size_t(n.parent)]);
       unroll<decltype(J)::nv>([&](auto k) {
         const size_t l = size_t(n.v + k);
-        column[l] = fma(w.D_inverse[l], column[l], -dot(a, w.K[l]));
-        decltype(J)::template add<k>(n, column[l], a);
+        rows[l] = fma(w.D_inverse[l], rows[l], -dot(a, w.K[l]));
+        decltype(J)::template add<k>(n, rows[l], a);
       });
     });
   }
+}
+
+/// M⁻¹, column by column, from the factors that aba() left in w.
+template <class T>
+void invert(const Mechanism& m, const Workspace<T>& w, DerivativeWorkspace<T>& d,
+            std::span<T> dtau) {
+  constexpr int count = ColumnsOf<T>::count;
+  const size_t nv = size_t(m.nv());
+  const auto& factor = factor_of_columns(m, w, d);
+  const auto rows = std::span(d.product).first(nv);
+  for (size_t first = 0; first < nv; first += count) {
+    solve_units(m, factor, d, first, rows);
+    for (size_t j = first; j < std::min(nv, first + count); ++j)
+      for (size_t i = 0; i < nv; ++i) dtau[i + nv * j] = entry_of<T>(rows[i], int(j - first));
+  }
+}
+
+/// D ← -M⁻¹ D, both column by column, for each of the matrices.
+template <class T>
+void divide_by_mass(const Mechanism& m, DerivativeWorkspace<T>& d, std::span<const T> inverse,
+                    std::initializer_list<std::span<T>> matrices) {
+  using Columns = typename ColumnsOf<T>::type;
+  constexpr int count = ColumnsOf<T>::count;
+  const size_t nv = size_t(m.nv()), blocks = DerivativeWorkspace<T>::blocks(m);
+  for (size_t b = 0; b < blocks; ++b)  // M⁻¹ by groups of rows, filled up with zeros
+    for (size_t k = 0; k < nv; ++k) {
+      Columns& rows = d.inverse[b * nv + k] = Columns(0.0);
+      for (size_t i = b * count; i < std::min(nv, (b + 1) * count); ++i)
+        set_entry<T>(rows, int(i - b * count), -inverse[i + nv * k]);
+    }
+  for (const std::span<T>& D : matrices)
+    for (size_t j = 0; j < nv; ++j) {
+      for (size_t b = 0; b < blocks; ++b) {
+        Columns sum(0.0);
+        for (size_t k = 0; k < nv; ++k)
+          sum = fma(d.inverse[b * nv + k], Columns(D[k + nv * j]), sum);
+        d.product[b] = sum;
+      }
+      for (size_t i = 0; i < nv; ++i)
+        D[i + nv * j] = entry_of<T>(d.product[i / count], int(i % count));
+    }
 }
 
 }  // namespace
@@ -162,7 +244,7 @@ void rnea_derivatives(const Mechanism& m, Workspace<T>& w, DerivativeWorkspace<T
   for (size_t i = nodes.size(); i-- > 0;) {  // leaf → root: the bodies become their subtrees
     const Node& n = nodes[i];
     const auto& b = d.bodies[i];
-    each_freedom(n, d, [&](size_t j, const auto& c) {
+    each_freedom(m, i, d, [&](size_t j, const auto& c) {
       tau[j] = dot(c.S, b.f);
       if (n.rotor_inertia != 0) tau[j] = tau[j] + T(n.rotor_inertia) * vdot[j];
       fill_column(m, d, i, j, dq, dv);
@@ -196,8 +278,7 @@ void inertial_regressor(const Mechanism& m, Workspace<T>& w, DerivativeWorkspace
       const Force<T> f = X.to_parent(force_of_number(k, V, a));
       const std::span<T> column = Y.subspan(nv * (10 * b + size_t(k)), nv);
       for (int i = body.node; i >= 0; i = nodes[size_t(i)].parent)
-        each_freedom(nodes[size_t(i)], d,
-                     [&](size_t l, const auto& c) { column[l] = dot(c.S, f); });
+        each_freedom(m, size_t(i), d, [&](size_t l, const auto& c) { column[l] = dot(c.S, f); });
     }
   }
 }
@@ -206,20 +287,11 @@ template <class T>
 void aba_derivatives(const Mechanism& m, Workspace<T>& w, DerivativeWorkspace<T>& d,
                      std::span<const T> q, std::span<const T> v, const Loads<T>& loads,
                      std::span<T> vdot, std::span<T> dq, std::span<T> dv, std::span<T> dtau) {
-  const size_t nv = size_t(m.nv());
-  assert(passes::sized(dtau, nv * nv));
+  assert(passes::sized(dtau, size_t(m.nv()) * size_t(m.nv())));
   aba<T>(m, w, q, v, loads, vdot);
-  for (size_t j = 0; j < nv; ++j) solve_unit(m, w, d, j, dtau.subspan(nv * j, nv));
-  const std::span<T> tau = std::span(d.product).first(nv);
-  rnea_derivatives<T>(m, w, d, q, v, vdot, loads.wrench, tau, dq, dv);
-  for (const std::span<T> D : {dq, dv}) {  // D ← -M⁻¹ D
-    std::fill(d.product.begin(), d.product.end(), T(0.0));
-    for (size_t j = 0; j < nv; ++j)
-      for (size_t k = 0; k < nv; ++k)
-        for (size_t i = 0; i < nv; ++i)
-          d.product[i + nv * j] = fma(-dtau[i + nv * k], D[k + nv * j], d.product[i + nv * j]);
-    std::copy(d.product.begin(), d.product.end(), D.begin());
-  }
+  invert(m, w, d, dtau);
+  rnea_derivatives<T>(m, w, d, q, v, vdot, loads.wrench, d.tau, dq, dv);
+  divide_by_mass<T>(m, d, dtau, {dq, dv});
 }
 
 #define PORTHOS_INSTANTIATE(T)                                                                    \

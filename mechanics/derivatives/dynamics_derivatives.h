@@ -1,18 +1,43 @@
 #pragma once
+#include <optional>
+
 #include "mechanics/hamiltonian_field.h"
 
 namespace porthos::mechanics {
 
+/// Columns of a matrix of T that are worked on together.
+template <class T>
+struct ColumnsOf {
+  using type = T;
+  static constexpr int count = 1;
+};
+template <>
+struct ColumnsOf<double> {
+  static constexpr int count = phs::native_lanes == 8 ? 8 : 4;
+  using type = phs::Pack<double, count>;
+};
+
 /// Scratch memory of the two algorithms below, beside a Workspace: one per thread, allocated once.
 template <class T>
 struct DerivativeWorkspace {
+  using Columns = typename ColumnsOf<T>::type;
+
   explicit DerivativeWorkspace(const Mechanism& m)
       : pose(m.nodes().size()),
         bodies(m.nodes().size()),
         columns(size_t(m.nv())),
         beta(m.nodes().size()),
         alpha(m.nodes().size()),
-        product(size_t(m.nv()) * size_t(m.nv())) {}
+        inverse(size_t(m.nv()) * blocks(m)),
+        product(size_t(m.nv())),
+        tau(size_t(m.nv())) {
+    if (ColumnsOf<T>::count > 1) factor.emplace(m);
+  }
+  /// Groups of columns of M⁻¹, the last filled up.
+  static size_t blocks(const Mechanism& m) {
+    constexpr int count = ColumnsOf<T>::count;
+    return size_t((m.nv() + count - 1) / count);
+  }
 
   /// A body in world axes, about the origin of the first body; I to p are then of its subtree.
   struct Body {
@@ -30,9 +55,12 @@ struct DerivativeWorkspace {
   std::vector<Transform<T>> pose;
   std::vector<Body> bodies;
   std::vector<Column> columns;
-  std::vector<Force<T>> beta;    ///< per body, of one column of M⁻¹
-  std::vector<Motion<T>> alpha;  ///< likewise
-  std::vector<T> product;
+  std::vector<Force<Columns>> beta;          ///< per body, of a group of columns of M⁻¹
+  std::vector<Motion<Columns>> alpha;        ///< likewise
+  std::optional<Workspace<Columns>> factor;  ///< of M⁻¹, the same for every column of a group
+  std::vector<Columns> inverse;              ///< -M⁻¹, a group of rows after another
+  std::vector<Columns> product;              ///< of one column, or of a group of unit vectors
+  std::vector<T> tau;
 };
 
 /// Inverse dynamics τ(q, v, v̇) and its derivatives by coordinates and rates, O(n · depth):
