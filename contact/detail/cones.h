@@ -4,9 +4,9 @@
 namespace porthos::contact {
 
 /// The impulses of a step by non-smooth Gauss-Seidel: one contact after another gets the exact
-/// impulse of its cone, in a fixed order, until none would change a velocity by more than
-/// a wanted part of the largest (Jean 1999; Acary, Brogliato 2008, 13.7.4). Where that takes long, a
-/// small cluster of contacts is given to ConeNewton, and the sweeps judge what it found.
+/// impulse of its cone, in a fixed order, until none would change a velocity by more than a wanted
+/// part of the largest (Jean 1999; Acary, Brogliato 2008, 13.7.4). Where that takes long, a small
+/// cluster of contacts is given to ConeNewton, and the sweeps judge what it found.
 ///
 /// The law is one of mean velocities u over the step, with u⁻ that at its start:
 ///   0 <= u_n - (1 - e) min(u⁻_n, 0)/2 ⊥ P_n >= 0: u⁺_n = 2 u_n - u⁻_n = -e u⁻_n, as Newton says
