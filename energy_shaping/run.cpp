@@ -121,18 +121,24 @@ std::string why_ended(const ClosedLoop& loop, const std::vector<double>& x0,
       t, H);
 }
 
+/// 0: continuous.
+std::int64_t steps_of_period(const RunOptions& o) {
+  if (!(o.step > 0) || !(o.duration > 0))
+    throw InvalidArgument("a run needs a step and a duration > 0");
+  const auto hold = std::int64_t(std::llround(o.period / o.step));
+  if (o.period != 0 && (hold < 1 || std::fabs(double(hold) * o.step - o.period) > 1e-9 * o.period))
+    throw InvalidArgument(fmt::format(
+        "the controller's period {} s is no multiple of the step {} s", o.period, o.step));
+  return hold;
+}
+
 }  // namespace
 
 Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOptions& o) {
   const phs::Model& plant = o.plant ? *o.plant : loop.plant();
   require_size("start state", x0.size(), size_t(loop.description().nx));
-  if (!(o.step > 0) || !(o.duration > 0))
-    throw InvalidArgument("a run needs a step and a duration > 0");
+  const auto hold = steps_of_period(o);
   const auto steps = std::int64_t(std::llround(o.duration / o.step));
-  const auto hold = std::int64_t(std::llround(o.period / o.step));
-  if (o.period != 0 && (hold < 1 || std::fabs(double(hold) * o.step - o.period) > 1e-9 * o.period))
-    throw InvalidArgument(fmt::format(
-        "the controller's period {} s is no multiple of the step {} s", o.period, o.step));
   const auto every = o.record > 0 ? std::max<std::int64_t>(1, std::llround(o.record / o.step)) : 1;
 
   auto held = std::make_shared<std::vector<double>>(size_t(plant.description().nu), 0.0);
