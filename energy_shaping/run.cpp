@@ -189,11 +189,9 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
       run.finished = false;
       run.outcome = why_ended(loop, x0, s.x, double(s.step) * o.step, outcome, energy, limited);
     };
-    if (!loop.hindrance(s.x).empty()) {
-      end(integrators::Outcome::ok, H);
-      break;
-    }
-    if (k == steps) break;
+    const bool left = !loop.hindrance(s.x).empty();
+    if (left) end(integrators::Outcome::ok, H);
+    if (left || k == steps) break;
     const auto outcome = integrator->step(s);
     const double next = law->hamiltonian(s.x);
     if (outcome != integrators::Outcome::ok || !std::isfinite(next)) {
