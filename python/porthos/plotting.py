@@ -214,7 +214,8 @@ def _of_motion(motion: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
             moment, comma, force = unit.partition(", ")  # of a wrench
             alone[full] = panel(full, force if comma and name[0] != "m" else moment, {name: y})
             places.setdefault(name, []).append(full)
-            if places[name][1:] and name in ("w", "x", "y", "z", "mx", "my", "mz", "fx", "fy", "fz"):
+            spring = places[name][0].startswith("deflections of springs.")
+            if places[name][1:] and (spring or name in ("w", "x", "y", "z", "mx", "my", "mz", "fx", "fy", "fz")):
                 alone[name] = several(name, places[name])
             else:  # joint_1 is the place, not the rate, as its panel comes first
                 alone.setdefault(name, panel(name, unit, {name: y}))

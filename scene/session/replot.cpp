@@ -195,8 +195,7 @@ TracePanel told(TracePanel p, const std::vector<TracePanel>& all) {
 }
 
 /// What a name means of the motion, or of the states: panels, the only one whose name begins so, or
-/// a line alone. whole: the name of
-/// all. @throws InvalidArgument if nothing
+/// a line alone. whole: the name of all. @throws InvalidArgument if nothing
 std::vector<TracePanel> named(const Motion& motion, const std::string& what,
                               const std::string& whole) {
   if (what == whole) return motion.panels;
@@ -230,9 +229,11 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what,
       add_to_list(full, name + "." + l.name);
     }
   }
-  // joint_1 is the place, not the rate, as its panel comes first; x is of anything.
+  // joint_1 is the place, not the rate, as its panel comes first; x is of anything, and an actuator
+  // has a line in each panel of springs.
   const auto parts = component_suffixes(6), four = component_suffixes(4);
-  const bool of_any = std::ranges::count(parts, what) + std::ranges::count(four, what) > 0;
+  const bool of_any = std::ranges::count(parts, what) + std::ranges::count(four, what) > 0 ||
+                      full.starts_with("deflections of springs.");
   if (found.size() == 1 || (!found.empty() && !of_any)) return {found[0]};
   if (!found.empty())
     throw InvalidArgument(

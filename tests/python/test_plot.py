@@ -120,6 +120,8 @@ def test_the_springs_of_actuators(source, tmp_path):
     assert [name for name, _ in r.springs] == ["first", "second"] and r.springs[0][1].family == "cosh"
     axes = ph.plot(r, what="stiffness of springs").axes[0]
     assert axes.get_ylabel() == "N m/rad" and [t.get_text() for t in axes.get_legend().get_texts()] == ["first", "second"]
+    refused(lambda: ph.plot(r, what="first"), "a line of several panels, expected one of: deflections of springs.first, stiffness settings.first", most=280)
+    assert len(ph.plot(r, what="deflections of springs.first").axes) == 1
 
 
 def test_the_states_of_a_network(pendulum, tmp_path):
