@@ -186,14 +186,17 @@ class FourierMatching {
     return (F0_ > 0 ? o_.scale : -o_.scale) * std::exp(log_lambda_(x));
   }
   void column_keeps_its_sign() {
-    for (int i = -200; i <= 200; ++i) {
-      const double x = w_ * i / 200;
-      if (!(F(x) * F0_ > 0))
-        refuse(o_,
-               fmt::format("with the ratio {} the column of M_d degenerates at r = {:.4g}: "
-                           "rho M_rs + M_rr = {:.3g} there and {:.3g} at rest; take another ratio "
-                           "or a smaller half_width",
-                           rho_, x, F(x), F0_));
+    for (int i = 0; i <= 400; ++i) {
+      double there = (i % 2 ? -w_ : w_) * ((i + 1) / 2) / 200, here = 0;  // outward on both sides
+      if (F(there) * F0_ > 0) continue;
+      for (int k = 0; k < 40; ++k) {
+        const double middle = 0.5 * (here + there);
+        (F(middle) * F0_ > 0 ? here : there) = middle;
+      }
+      refuse(o_,
+             fmt::format("with the ratio {} the column of M_d degenerates at r = {:.4g}, where "
+                         "rho M_rs + M_rr is 0: take another ratio or a half_width below {:.3g}",
+                         rho_, there, std::fabs(here)));
     }
   }
 
@@ -328,6 +331,10 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
                           "{:.2g}, expected at most {:.2g}: take a smaller half_width or a higher "
                           "degree",
                           o.degree, o.half_width, fails->value, fails->bound));
+  if (fails && fails->name == "matching, kinetic energy")
+    refuse(o, fmt::format("M_d of determinant {:g} misses the matching by {:.2g}, expected at most "
+                          "{:.2g}: it is nearly singular, take gains of a larger bandwidth",
+                          o.determinant, fails->value, fails->bound));
   refuse_failure(loop->certificate());
   return loop;
 }

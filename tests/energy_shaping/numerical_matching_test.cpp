@@ -365,6 +365,19 @@ TEST(NumericalMatching, RefusesWithTheReason) {
     std::printf("  %s\n", got.c_str());
     EXPECT_NE(got.find(expected), std::string::npos) << got;
   }
+  // The width that is named is where the column vanishes. Control: a little more than it.
+  const auto why = [&](double half_width) {
+    wide.half_width = half_width;
+    return refusal([&] { (void)numerical_matching(model, wide); });
+  };
+  const std::string named = why(2);
+  const double most = std::stod(named.substr(named.find("below ") + 6));
+  EXPECT_EQ(why(0.99 * most).find("degenerates"), std::string::npos);
+  EXPECT_NE(why(1.01 * most).find("degenerates"), std::string::npos);
+  auto slow = pendubot();
+  slow.determinant = 1e-9;
+  const std::string tells = refusal([&] { (void)numerical_matching(model, slow); });
+  EXPECT_NE(tells.find("it is nearly singular, take gains of a larger bandwidth"), tells.npos);
 }
 
 }  // namespace
