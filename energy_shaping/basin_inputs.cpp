@@ -56,10 +56,10 @@ class LimitReached {
 };
 
 /// The states of H_d = c on straight ways from the rest point, of a loop without quaternions. A way
-/// is a direction in units of what alone, of each coordinate and momentum, reaches c or the border.
-class LevelSet {
+/// is a direction whose unit in each coordinate and momentum is what reaches c or the border by itself.
+class LevelWays {
  public:
-  LevelSet(const ClosedLoop& loop, const Region& region, const Basin& basin)
+  LevelWays(const ClosedLoop& loop, const Region& region, const Basin& basin)
       : rest_(loop.rest()),
         region_(region),
         level_(basin.level),
@@ -139,7 +139,7 @@ class LevelSet {
 };
 
 /// The largest of each input found so far.
-struct Peak {
+struct LargestInput {
   double size = 0;
   Vec way = {}, x = {};
 };
@@ -150,10 +150,10 @@ double inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin
                        const Vec& limits, Certificate& c) {
   const auto law = loop.loop<double>();
   std::mt19937_64 generator(region.seed + 2);
-  LevelSet set(loop, region, basin);
+  LevelWays set(loop, region, basin);
   LimitReached reached(loop, limits);
   Vec u(size_t(loop.plant().description().nu)), x;
-  std::vector<Peak> peaks(loop.actuated().size());
+  std::vector<LargestInput> peaks(loop.actuated().size());
   int states = 0;
   const auto look = [&](const Vec& way) {
     if (!set.state(way, x)) return false;
@@ -179,8 +179,8 @@ double inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin
                                                            : std::max(1e-4, 0.96 * size);
   }
   Vec sizes;
-  const Peak* most = nullptr;
-  for (const Peak& each : peaks) {
+  const LargestInput* most = nullptr;
+  for (const LargestInput& each : peaks) {
     sizes.push_back(each.size);
     if (!most || each.size > most->size) most = &each;
   }
