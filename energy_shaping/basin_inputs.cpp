@@ -55,8 +55,8 @@ class LimitReached {
   double rest_, least_ = HUGE_VAL;
 };
 
-/// The states of H_d = c on straight ways from the rest point, of a loop without quaternions. A way
-/// is a direction whose unit in each coordinate and momentum is what reaches c or the border by itself.
+/// The states of H_d = c on straight ways from the rest point, of a loop without quaternions. The
+/// unit of a way in each coordinate and momentum is what by itself reaches c or the border.
 class LevelWays {
  public:
   LevelWays(const ClosedLoop& loop, const Region& region, const Basin& basin)
