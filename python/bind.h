@@ -30,6 +30,7 @@ void bind_report(pybind11::module_& m);
 void bind_ensembles(pybind11::module_& m);
 void bind_plans(pybind11::module_& m);
 void bind_derivatives(pybind11::module_& m);
+void bind_event_derivatives(pybind11::module_& m);
 void bind_identification(pybind11::module_& m);
 void bind_environment(pybind11::module_& m);
 void bind_outputs(pybind11::module_& m);

@@ -193,7 +193,7 @@ void bind_derivatives(py::module_& m) {
       .def_readonly("duration", &RunGradient::duration,
                     "dJ/dT by the duration [1/s], all steps made longer alike, if no part of J "
                     "depends on t itself; nan "
-                    "where the model does.")
+                    "where the model does, and with sampled controllers.")
       .def_readonly("end", &RunGradient::end, "The last state.")
       .def_readonly("growth", &RunGradient::growth,
                     "log10 of |dJ/dx at the start| / |d end/dx at the end|, nan without an end "

@@ -29,6 +29,7 @@ PYBIND11_MODULE(_core, m) {
   bind_ensembles(m);
   bind_plans(m);
   bind_derivatives(m);
+  bind_event_derivatives(m);
   bind_identification(m);
   bind_environment(m);
   bind_outputs(m);

@@ -1437,7 +1437,7 @@ class Gradient:
         ...
     @property
     def duration(self) -> float:
-        """dJ/dT by the duration [1/s], all steps made longer alike, if no part of J depends on t itself; nan where the model does."""
+        """dJ/dT by the duration [1/s], all steps made longer alike, if no part of J depends on t itself; nan where the model does, and with sampled controllers."""
         ...
     @property
     def end(self) -> State:
@@ -1469,6 +1469,46 @@ class LyapunovSpectrum:
     @property
     def end(self) -> State:
         """The last state."""
+        ...
+
+class RunEvent:
+    """What ends a part of a run and changes its state, for gradient_across_events(): functions of (t, x, numbers), in Dual."""
+    def __init__(self, name: str, *, guard: Any = None, direction: str = 'rising', at: Optional[float] = None, reset: Any = None, numbers: dict = {}, then: int = -1, ends: bool = False) -> None:
+        """guard: its zero is the instant, from below ("rising"), above ("falling") or "both"; or `at` [s] is the instant.
+        reset: returns the state after it, of the phase that follows; without one it is the same. numbers: of the event, by name
+        (a restitution, a place), which are parameters. then: the phase that follows; -1: the same. ends: it ends the run.
+        """
+        ...
+    @property
+    def name(self) -> str:
+        """Its name."""
+        ...
+
+class EventGradient:
+    """The cost of a run and its gradient, from gradient_across_events()."""
+    @property
+    def cost(self) -> float:
+        """J."""
+        ...
+    @property
+    def time(self) -> float:
+        """Of the end [s]."""
+        ...
+    @property
+    def end(self) -> State:
+        """The last state."""
+        ...
+    @property
+    def start(self) -> NDArray[numpy.float64]:
+        """dJ/dx at the start, (nx,)."""
+        ...
+    @property
+    def parameters(self) -> dict:
+        """dJ/dtheta by name, with the state at the start kept: of the models, "<event>.<number>", and "<event>.at" of an event at a given time."""
+        ...
+    @property
+    def events(self) -> list:
+        """(phase, number of the event, time [s]) of each that happened."""
         ...
 
 class Environment:
@@ -2034,6 +2074,20 @@ def gradient_in_rates(model: MechanicalModel, q: Any, v: Any, start: Any) -> tup
     """From Gradient.start of a MechanicalModel that started at coordinates q (nq,) and joint rates v (nv,): (dJ/dq, dJ/dv,
     parameters). The momenta at given rates depend on the inertias, so a parameter's whole derivative is that of
     Gradient.parameters plus the one here.
+    """
+    ...
+
+def gradient_across_events(phases: list[tuple[Model, list[RunEvent]]], x: Any, step: float, duration: float, *, method: str = 'gauss16', end: Any = None, sampled: Any = None, end_by_time: Any = None, grazing: float = 1e-06) -> EventGradient:
+    """The gradient of a run that jumps: bounces, locks, forces that switch on. phases: [(model, [RunEvent, ...]), ...]; the run
+    begins in the first, from the state x (nx,) at time 0. A step is cut at the instant of an event, which moves with the
+    start, and the gradient is that of the steps as they are cut, to rounding.
+
+    The cost is J = end(t, x) + the sum of sampled(t, x) over the ends of steps that no event cuts, each a function that returns
+    (value, gradient (nx,)). end_by_time(t, x): d end/dt, for a run that an event ends. grazing: of a guard's rate at its zero,
+    against its change over a step; below it the event grazes.
+
+    Raises InvalidArgument as gradient(), for sampled controllers and for methods without it (docs/derivatives.md), and
+    RuntimeError where an event grazes, two are at one instant, or a step or its adjoint does not converge.
     """
     ...
 
