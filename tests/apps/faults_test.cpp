@@ -246,9 +246,10 @@ int Faults::random_kills(const Command& c, int kills) {
     fs::remove_all(folder_ / "out");
     for (bool done = false; !done;) {
       const double after = longest * std::uniform_real_distribution<double>(0, 1.2)(random);
-      const Answer a =
-          run(c, "out", begun() ? " --resume" : "", "timeout -s KILL " + std::to_string(after));
-      if (a.code == -SIGKILL) {
+      // In the foreground it waits until what it killed has ended, and with it its lock.
+      const Answer a = run(c, "out", begun() ? " --resume" : "",
+                           "timeout --foreground -s KILL " + std::to_string(after));
+      if (a.code == 128 + SIGKILL) {
         ++killed;
         continue;
       }
