@@ -123,6 +123,7 @@ class Spark final : public BasicIntegrator<T> {
     const auto guess = [&](bool with) {
       first_sweep = true;
       at_rest = !with;
+      hold_ = false;
       step_.guess_slopes(with);
       step_.measure_anew(state.x, 1);
       nodes_.guess(with && same_rows);
@@ -134,7 +135,8 @@ class Spark final : public BasicIntegrator<T> {
     };
     const auto sweep = [&](double& distance) {
       evaluate();
-      if (m_ > 0) {
+      const bool held = hold_;
+      if (m_ > 0 && !held) {
         place_nodes(state);
         correct_impulses();
         push(state);
@@ -146,7 +148,8 @@ class Spark final : public BasicIntegrator<T> {
       if (m_ == 0) return s;
       // Positions, which alone count, answer to forces one sweep later: one small move, as where a
       // force just begins, is no end. A sudden ratio of following moves is not trusted.
-      s.changed = true;
+      s.changed = s.changed || !held;
+      hold_ = held || (!first_sweep && only_noise(s.change, last));
       const double move = s.change, sudden = 1e-5;
       if (first_sweep)
         s.change =
@@ -162,6 +165,11 @@ class Spark final : public BasicIntegrator<T> {
         integrators::iterate(parts, iteration_, predicted, options_.max_sweeps).outcome;
     if (iteration_.dropped()) memory_.dropped_prediction();
     return o;
+  }
+  /// Whether two moves in turn show noise alone. Further corrections of impulses would only stir
+  /// positions up again; without them the iteration comes to an end.
+  static bool only_noise(double move, double last) {
+    return std::max(move, last) < 64 * unit_roundoff<T> && move > 0.5 * last && move < 2 * last;
   }
   /// Calls use(first), where first(c, k) is what stages add up beside L.
   template <class Use>
@@ -261,7 +269,8 @@ class Spark final : public BasicIntegrator<T> {
   std::vector<Lanes> E_;
   std::vector<T> slip_, start_slip_, drift_, start_drift_, start_impulse_{slip_};
   std::vector<Lanes> lambda_;
-  bool moves_;  ///< some rows do
+  bool hold_ = false;  ///< impulses are no more corrected in this step
+  bool moves_;         ///< some rows do
   TurnKeeper<T> keeper_;
   Iterating iteration_;
   SolverMemory memory_;

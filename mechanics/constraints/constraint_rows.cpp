@@ -73,7 +73,7 @@ class MechanismConstraints final : public phs::Constraints<T> {
     std::fill(tau_.begin(), tau_.end(), T(0.0));
     for (size_t i = 0; i < loops_.size(); ++i) {
       const auto& loop = set_.loops()[i];
-      const Ends ends = on_ends(loops_[i].X, wrench(i, lambda));
+      const Ends<T> ends = on_ends(loops_[i].X, wrench(i, lambda));
       add_joint_forces(loop.path_a, converted<T>(loop.pose_a).to_parent(ends.a));
       add_joint_forces(loop.path_b, converted<T>(loop.pose_b).to_parent(ends.b));
     }
@@ -159,8 +159,9 @@ class MechanismConstraints final : public phs::Constraints<T> {
   struct Told {
     T position = T(0.0), rate = T(0.0);
   };
+  template <class S>
   struct Ends {
-    Force<T> a, b;  ///< about the frames' origins, in their axes
+    Force<S> a, b;  ///< about the frames' origins, in their axes
   };
 
   /// Σ λ of its rows, on b about its origin, in a's axes.
@@ -194,9 +195,10 @@ class MechanismConstraints final : public phs::Constraints<T> {
     return converted<T>(own).to_child(V);
   }
   /// A wrench on b about its origin in a's axes, and its reaction, on both frames.
-  [[gnu::always_inline]] static Ends on_ends(const Transform<T>& X, const Force<T>& w) {
-    const Force<T> back{w.n + cross(X.r, w.f), w.f};
-    return {passes::zero_force<T>() - back, {X.R.tmul(w.n), X.R.tmul(w.f)}};
+  template <class S>
+  [[gnu::always_inline]] static Ends<S> on_ends(const Transform<S>& X, const Force<S>& w) {
+    const Force<S> back{w.n + cross(X.r, w.f), w.f};
+    return {passes::zero_force<S>() - back, {X.R.tmul(w.n), X.R.tmul(w.f)}};
   }
   [[gnu::always_inline]] void add_joint_forces(const std::vector<int>& path, Force<T> f) {
     for (const int i : path) {
@@ -216,23 +218,31 @@ class MechanismConstraints final : public phs::Constraints<T> {
     passes::place_axial_bodies(m_, w_);
     delassus_.sweep_rows([&](const auto& add) { each_row(add); }, w_);
   }
-  /// Calls add() with the unit wrenches of each row.
+  /// Calls add() with the unit wrenches of all rows, those of a loop in lanes.
   template <class Add>
   void each_row(const Add& add) const {
-    using Unit = constraint_detail::UnitWrench<T>;
-    using On = constraint_detail::OnNode<T>;
+    using Rows = constraint_detail::RowLanes<T>;
+    using S = typename Rows::S;
+    using Unit = constraint_detail::UnitWrench<S>;
+    using On = constraint_detail::OnNode<S>;
     for (size_t i = 0; i < loops_.size(); ++i) {
       const auto& loop = set_.loops()[i];
-      for (int r = 0; r < loop.size; ++r) {
-        const Ends ends = on_ends(loops_[i].X, loops_[i].rows[size_t(r)].w);
+      const auto X = converted<S>(loops_[i].X);
+      for (int r = 0; r < loop.size; r += Rows::width) {
+        const int rows = std::min(loop.size - r, Rows::width);
+        auto w = passes::zero_force<S>();
+        for (int l = 0; l < rows; ++l)
+          for (int k = 0; k < 6; ++k) Rows::set(w[k], l, loops_[i].rows[size_t(r + l)].w[k]);
+        const Ends<S> ends = on_ends(X, w);
         add(Unit{loop.at + r,
+                 rows,
                  loop.above,
                  {},
-                 On(loop.node_a, converted<T>(loop.pose_a), ends.a),
-                 On(loop.node_b, converted<T>(loop.pose_b), ends.b)});
+                 On(loop.node_a, converted<S>(loop.pose_a), ends.a),
+                 On(loop.node_b, converted<S>(loop.pose_b), ends.b)});
       }
     }
-    for (const auto& c : set_.couplings()) add(Unit{c.at, c.above, c.terms, On(), On()});
+    for (const auto& c : set_.couplings()) add(Unit{c.at, 1, c.above, c.terms, On(), On()});
   }
 
   /// Σ factor 2π turns - offset of each coupling, in two words: whole turns cancel exactly.

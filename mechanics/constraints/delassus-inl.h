@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <span>
 #include <stdexcept>
@@ -8,60 +7,11 @@
 #include <vector>
 
 #include "mechanics/constraints/constraint_set.h"
+#include "mechanics/constraints/unit_wrench-inl.h"
 #include "mechanics/passes-inl.h"
 #include "phs/linear_algebra/block_cholesky.h"
 
 namespace porthos::mechanics::constraint_detail {
-
-/// The size of a scalar; 0 in lanes, which choose no rows.
-template <class T>
-double size_of(const T& x) {
-  if constexpr (phs::is_pack<T>)
-    return 0;
-  else
-    return std::fabs(phs::to_double(x));
-}
-
-/// The length of a vector of scalars; 0 in lanes.
-template <class T>
-double length_of(const Vec3<T>& x) {
-  return std::sqrt(size_of(dot(x, x)));
-}
-
-/// Upper bounds of a wrench's moment and force: what they could be if nothing lay in line.
-struct Reach {
-  double moment = 0, force = 0;
-
-  void operator+=(const Reach& r) {
-    moment += r.moment;
-    force += r.force;
-  }
-  /// About a point at the distance r.
-  Reach moved(double r) const { return {moment + r * force, force}; }
-};
-
-/// A wrench on a frame of a node, in the node's axes about its origin.
-template <class T>
-struct OnNode {
-  int node = -1;  ///< -1: the world
-  Force<T> wrench;
-  Reach reach;
-
-  OnNode() = default;
-  OnNode(int on, const Transform<T>& frame, const Force<T>& w)
-      : node(on),
-        wrench(frame.to_parent(w)),
-        reach(Reach{length_of(w.n), length_of(w.f)}.moved(length_of(frame.r))) {}
-};
-
-/// What one unit of a row's multiplier does: wrenches on two nodes, and joint forces.
-template <class T>
-struct UnitWrench {
-  int row;
-  std::span<const int> above;  ///< every node below which it acts, leaves first
-  std::span<const ConstraintSet::Term> terms;
-  OnNode<T> a, b;
-};
 
 /// A matrix with one value per lane. Lanes choose no rows, so it has no factors.
 template <class T>
@@ -93,6 +43,8 @@ class LanesOfMatrix {
 template <class T>
 class Delassus {
   using Cholesky = std::conditional_t<phs::is_pack<T>, LanesOfMatrix<T>, phs::BlockCholesky<T>>;
+  using Rows = RowLanes<T>;
+  using S = typename Rows::S;
 
  public:
   Delassus(const Mechanism& m, const ConstraintSet& set)
@@ -110,13 +62,13 @@ class Delassus {
     for (const Node& n : m.nodes())
       visit_joint(n.type, [&](auto J) {
         unroll<decltype(J)::nv>([&](auto k) {
-          Motion<double> S = passes::zero_motion<double>();
-          decltype(J)::template add<k>(n, 1.0, S);
-          axes_[size_t(n.v + k)] = {length_of(S.w), length_of(S.v)};
+          Motion<double> axis = passes::zero_motion<double>();
+          decltype(J)::template add<k>(n, 1.0, axis);
+          axes_[size_t(n.v + k)] = {length_of(axis.w), length_of(axis.v)};
         });
       });
     for (int b = 0; b < int(set.blocks().size()); ++b) add_block(set, b);
-    u_.assign(elements_of_u_, T(0.0));
+    u_.assign(elements_of_u_, S(T(0.0)));
     scaled_ = u_;
     for (int b = 0; b < int(blocks_.size()); ++b) add_meeting(b, b);
     for (const auto& [a, b] : set.neighbours()) {
@@ -130,7 +82,7 @@ class Delassus {
   template <class EachRow>
   void sweep_rows(const EachRow& each_row, const Workspace<T>& w) {
     for (size_t i = 0; i < lever_.size(); ++i) lever_[i] = length_of(w.X[i].r);
-    each_row([&](const UnitWrench<T>& unit) { sweep(unit, w); });
+    each_row([&](const UnitWrench<S>& unit) { sweep(unit, w); });
     const auto elements = factors_.elements();
     std::fill(elements.begin(), elements.end(), T(0.0));  // factors have more than D
     for (const Meeting& meeting : meetings_) multiply(meeting);
@@ -171,7 +123,7 @@ class Delassus {
   struct Block {
     int row, rows;
     std::vector<int> freedoms;  ///< ascending
-    size_t u;                   ///< offset of its rows × freedoms
+    size_t u;                   ///< offset of its rows × freedoms, rows in lanes
   };
   /// Freedoms that move two blocks, as successive indices in both.
   struct Common {
@@ -193,7 +145,7 @@ class Delassus {
         for (int k = 0; k < decltype(J)::nv; ++k) block.freedoms.push_back(n.v + k);
       });
     }
-    elements_of_u_ += size_t(rows.size) * block.freedoms.size();
+    elements_of_u_ += size_t((rows.size + Rows::width - 1) / Rows::width) * block.freedoms.size();
     for (int r = 0; r < rows.size; ++r) {
       place_.push_back(pattern_.place(b) + r);
       block_of_.push_back(b);
@@ -246,59 +198,72 @@ class Delassus {
       std::memcpy(r + i * size_t(n), &sides_[size_t(place_[i])], bytes);
   }
 
-  void sweep(const UnitWrench<T>& unit, const Workspace<T>& w) {
+  void sweep(const UnitWrench<S>& unit, const Workspace<T>& w) {
     const Block& block = blocks_[size_t(block_of_[size_t(unit.row)])];
-    const size_t first = block.u + size_t(unit.row - block.row) * block.freedoms.size();
-    size_t at = first + block.freedoms.size();  // leaves first: freedoms descend
+    size_t at = in_lanes(block, unit.row - block.row) + block.freedoms.size();  // they descend
     for (const int i : unit.above) {
-      beta_[size_t(i)] = passes::zero_force<T>();
+      beta_[size_t(i)] = passes::zero_force<S>();
       reach_[size_t(i)] = {};
     }
-    for (const OnNode<T>* end : {&unit.a, &unit.b})
+    for (const OnNode<S>* end : {&unit.a, &unit.b})
       if (end->node >= 0) {
         beta_[size_t(end->node)] += end->wrench;
         reach_[size_t(end->node)] += end->reach;
       }
     for (const auto& t : unit.terms) of_terms_[size_t(t.v)] = of_terms_[size_t(t.v)] + T(t.factor);
-    double bound = 0;
+    Size<S> bound(0.0);
     for (const int i : unit.above) {
       const Node& n = m_.nodes()[size_t(i)];
-      Force<T>& beta = beta_[size_t(i)];
+      Force<S>& beta = beta_[size_t(i)];
       visit_joint(n.type, [&](auto J) {
         unroll_descending<decltype(J)::nv>([&](auto k) {
           const size_t v = size_t(n.v + k);
-          const T uk = of_terms_[v] + decltype(J)::template project<k>(n, beta);
+          const S uk = S(of_terms_[v]) + decltype(J)::template project<k>(n, beta);
           of_terms_[v] = T(0.0);
-          bound += most_of(axes_[v], reach_[size_t(i)], uk) * size_of(w.D_inverse[v]);
-          beta += (-uk) * w.K[v];
+          bound =
+              bound + most_of(axes_[v], reach_[size_t(i)], uk) * Size<S>(size_of(w.D_inverse[v]));
+          beta += (-uk) * broadcast(w.K[v]);
           u_[--at] = uk;
-          scaled_[at] = uk * w.D_inverse[v];
+          scaled_[at] = uk * S(w.D_inverse[v]);
         });
       });
       if (n.parent < 0) continue;
-      const Transform<T>& X = w.X[size_t(i)];
-      beta_[size_t(n.parent)] += X.to_parent(beta);
-      reach_[size_t(n.parent)] += reach_[size_t(i)].moved(lever_[size_t(i)]);
+      beta_[size_t(n.parent)] += converted<S>(w.X[size_t(i)]).to_parent(beta);
+      reach_[size_t(n.parent)] += reach_[size_t(i)].moved(Size<S>(lever_[size_t(i)]));
     }
-    bound_[size_t(place_[size_t(unit.row)])] = bound;
+    if constexpr (!phs::is_pack<T>)
+      for (int r = 0; r < unit.rows; ++r)
+        bound_[size_t(place_[size_t(unit.row + r)])] = Rows::row(bound, r);
   }
+  /// Where u of a block's row begins.
+  static size_t in_lanes(const Block& block, int row) {
+    return block.u + size_t(row / Rows::width) * block.freedoms.size();
+  }
+  static Force<S> broadcast(const Force<T>& f) { return {Vec3<S>(f.n), Vec3<S>(f.f)}; }
   /// The square of the largest joint force that the wrench could give, at least u².
-  static double most_of(const Reach& axis, const Reach& reach, const T& u) {
-    const double most = axis.moment * reach.moment + axis.force * reach.force;
-    return std::max(most * most, size_of(u) * size_of(u));
+  static Size<S> most_of(const Reach<double>& axis, const Reach<Size<S>>& reach, const S& u) {
+    const Size<S> most = Size<S>(axis.moment) * reach.moment + Size<S>(axis.force) * reach.force;
+    const Size<S> size = size_of(u);
+    return phs::max(most * most, size * size);
   }
 
   void multiply(const Meeting& t) {
     const Block &a = blocks_[size_t(t.a)], &b = blocks_[size_t(t.b)];
-    each_element(t, [&](int i, int j, T& element) {
-      const T* const of_a = scaled_.data() + a.u + size_t(i) * a.freedoms.size();
-      const T* const of_b = u_.data() + b.u + size_t(j) * b.freedoms.size();
-      T sum(0.0);
-      for (size_t c = t.begin; c < t.end; ++c)
-        for (int k = 0; k < common_[c].count; ++k)
-          sum = sum + of_a[common_[c].in_a + k] * of_b[common_[c].in_b + k];
-      element = sum;
-    });
+    T* const to = factors_.elements().data() + t.to.offset;
+    for (int i = 0; i < a.rows; ++i) {
+      const S* const of_a = scaled_.data() + in_lanes(a, i);
+      const int columns = t.a == t.b ? i + 1 : b.rows;
+      for (int j = 0; j < columns; j += Rows::width) {
+        const S* const of_b = u_.data() + in_lanes(b, j);
+        S sum(T(0.0));
+        for (size_t c = t.begin; c < t.end; ++c)
+          for (int k = 0; k < common_[c].count; ++k)
+            sum = sum + S(Rows::row(of_a[common_[c].in_a + k], i % Rows::width)) *
+                            of_b[common_[c].in_b + k];
+        for (int l = 0; l < Rows::width && j + l < columns; ++l)
+          to[size_t(i) * t.to.stride + size_t(j + l)] = Rows::row(sum, l);
+      }
+    }
   }
 
   const Mechanism& m_;
@@ -312,12 +277,12 @@ class Delassus {
   std::vector<Common> common_;
   std::vector<Meeting> meetings_;
   size_t elements_of_u_ = 0;
-  std::vector<T> u_, scaled_;   ///< u_k^r and u_k^r / D_k
-  std::vector<Force<T>> beta_;  ///< by node, of the row being swept
-  std::vector<Reach> reach_;
-  std::vector<double> lever_;  ///< by node: how far its origin is from its parent's
-  std::vector<Reach> axes_;    ///< by freedom: the lengths of S's rotation and translation
-  std::vector<T> of_terms_;    ///< by freedom: joint forces of the row being swept
+  std::vector<S> u_, scaled_;   ///< u_k^r and u_k^r / D_k
+  std::vector<Force<S>> beta_;  ///< by node, of the rows being swept
+  std::vector<Reach<Size<S>>> reach_;
+  std::vector<Size<T>> lever_;       ///< by node: how far its origin is from its parent's
+  std::vector<Reach<double>> axes_;  ///< by freedom: the lengths of S's rotation and translation
+  std::vector<T> of_terms_;          ///< by freedom: joint forces of the row being swept
 };
 
 }  // namespace porthos::mechanics::constraint_detail
