@@ -543,7 +543,7 @@ class SweepResult:
     def gains(self) -> list[float]: ...
     @property
     def settling(self) -> float:
-        """Time after which H_d stays below `settled` of its start [s]; inf: never."""
+        """Time after which H_d stays below `settled` of its start [s]; inf: never, or not `defined`."""
         ...
     @property
     def peak(self) -> float:
@@ -567,6 +567,10 @@ class SweepResult:
         ...
     @property
     def finite(self) -> bool: ...
+    @property
+    def defined(self) -> bool:
+        """False: the run left where the law is meant (half_width of numerical_matching)."""
+        ...
 
 class JointSwingUp:
     """The law of swing_up(): a mechanism swings up by the energy of one driven joint."""
