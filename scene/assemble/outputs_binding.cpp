@@ -138,17 +138,20 @@ void Outputs::bind_joint(Item& item) {
 void Outputs::bind_row(Item& item) {
   const Output& o = *item.output;
   const auto& d = assembly_.model->description();
-  std::vector<std::string> known;
-  if (o.quantity == OutputQuantity::energy)
-    known = d.storages;
-  else
-    for (const auto& p : d.powers) known.push_back(p.name);
+  std::vector<std::string> known = d.storages, others;
+  for (const auto& p : d.powers) others.push_back(p.name);
+  const bool stored = o.quantity == OutputQuantity::energy;
+  if (!stored) known.swap(others);
   const auto at = std::find(known.begin(), known.end(), o.of_what);
   item.row = int(at - known.begin());
   item.gone = at == known.end() && assembly_.is_phase;
-  if (at == known.end() && !item.gone)
-    refuse_output(o, fmt::format("the ledger has no row '{}', expected one of: {}", o.of_what,
-                                 fmt::join(known, ", ")));
+  if (at != known.end() || item.gone) return;
+  if (std::ranges::count(others, o.of_what) > 0)
+    refuse_output(o, fmt::format("'{}' is a row of {}, expected quantity = \"{}\"", o.of_what,
+                                 stored ? "work, not of energy that is stored" : "stored energy",
+                                 stored ? "power" : "energy"));
+  refuse_output(o, fmt::format("the ledger has no row '{}', expected one of: {}", o.of_what,
+                               fmt::join(known, ", ")));
 }
 
 /// A number that a sampled controller tells.
