@@ -79,8 +79,13 @@ def _faults(parameters: List[_Parameter], arguments: tuple, keywords: dict) -> l
             if not p.optional:
                 faults.append((f"'{p.name}' is missing", _expected(p.kind)))
         elif _fits(given[p.name], p.kind) is False:
-            faults.append((f"'{p.name}' is {_told(given[p.name])}", _expected(p.kind)))
+            faults.append((f"'{p.name}' is {_told(given[p.name])}", _expected(p.kind) + _hint(given[p.name], p.kind)))
     return faults
+
+
+def _hint(value: Any, kind: str) -> str:
+    """What makes the expected class of a value that is no such, but holds all of it."""
+    return ": porthos.MechanicalModel(mechanism)" if kind.endswith(".Model") and type(value).__name__ == "Mechanism" else ""
 
 
 def _carries_derivatives(value: Any) -> bool:

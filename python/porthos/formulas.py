@@ -10,6 +10,11 @@ _FUNCTIONS = {"sqrt": "sqrt", "exp": "exp", "log": "log", "sin": "sin", "cos": "
 
 
 def _text(x: Any) -> str:
+    shape = getattr(x, "shape", ())
+    if shape:
+        raise TypeError(f"an energy is one number of one phi, not an array of shape {shape}, expected its terms added up")
+    if hasattr(x, "item"):
+        x = x.item()  # numpy.polyval makes arrays of no dimension
     if isinstance(x, _Number):
         return x.text
     try:
@@ -93,6 +98,10 @@ class _Number:
 
     __bool__ = __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = _branch  # type: ignore[assignment]
     __hash__ = None  # type: ignore[assignment]
+
+
+for _name, _written in _FUNCTIONS.items():  # numpy calls methods of what is in an array
+    setattr(_Number, _name, lambda self, _f=_written: _Number(f"{_f}({self.text})"))
 
 
 def energy_of(function: Callable[..., Any]) -> str:

@@ -10,6 +10,9 @@ import porthos as ph
 import pytest
 from porthos import _core, arguments, energy_shaping, vsa
 
+ARM = ph.MechanismBuilder("arm").add(ph.BodySpec(name="rod", parent="world", joint=ph.JointSpec(type="revolute", axis=(0, 1, 0)),
+                                                 mass=ph.MassProperties(mass=1, com=(0, 0, -0.5), inertia=(0.1, 0, 0, 0.1, 0, 0.1)))).build()
+
 SENTENCES = [
     (lambda: vsa.make_elastic(3), "make_elastic(): 'family' is int 3, expected a text"),
     (lambda: vsa.make_elastic(), "make_elastic(): 'family' is missing, expected a text"),
@@ -24,6 +27,8 @@ SENTENCES = [
     (lambda: ph.MechanicalModel("arm", "arm", "arm", "arm"), "MechanicalModel(): it got 4 arguments, expected at most 3: mechanism, ports, constraints"),
     (lambda: ph.Network(np.zeros((2, 3))), "Network(): 'name' is an array of shape (2, 3) of float64, expected a text"),
     (lambda: ph.Network("arm").add("a"), "add(): 'member' is missing, expected Model"),
+    (lambda: ph.Network("arm").add("a", 3), "add(): 'member' is int 3, expected Model"),
+    (lambda: ph.Network("arm").add("a", ARM), "add(): 'member' is of the type Mechanism, expected Model: porthos.MechanicalModel(mechanism)"),
     (lambda: ph.error_statistics([0.0], 2.0), "error_statistics(): it got 2 arguments, expected at most 1: errors, and by name: scale"),
     (lambda: ph.sine(None), "sine(): 'amplitude' is None, expected a number"),
 ]

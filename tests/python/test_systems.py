@@ -351,7 +351,8 @@ def test_energies_by_formula_and_by_function(pendulum):
     small = vsa.Limits(deflection=0.5, stop_stiffness=1)
     functions = [lambda x: 5 * x**2 - -x - 1 / (3 + x) + abs(x)**3 + (+x), lambda x: np.exp(x) + np.sin(x) + 9 * np.square(x),
                  lambda x: np.log(3 + x) + np.sqrt(2 + x) + 4 * x * x, lambda x: np.tan(x / 2) + np.sinh(x) + 9 * x**2,
-                 lambda x: np.tanh(x) + np.arctan(x) + 9 * x**2 - np.cos(x), lambda x: np.maximum(x, 0)**3 + np.minimum(0, x)**4 + x**2]
+                 lambda x: np.tanh(x) + np.arctan(x) + 9 * x**2 - np.cos(x), lambda x: np.maximum(x, 0)**3 + np.minimum(0, x)**4 + x**2,
+                 lambda x: np.polyval([3, 1, 4, 0, 0], x), lambda x: np.cosh(np.array([x, 2 * x])).sum()]
     for i, f in enumerate(functions):
         e = vsa.formula(f, limits=small)
         for x in (-0.4, 0.1, 0.3):
@@ -362,7 +363,8 @@ def test_energies_by_formula_and_by_function(pendulum):
     for wrong, words in ((lambda phi: phi if phi > 0 else -phi, "instead of a comparison"),
                          (lambda phi: math.sin(phi), "numpy's functions, numpy.sin"),
                          (lambda phi: np.arcsin(phi), "numpy.arcsin is not in an energy"),
-                         (lambda phi: phi * "k", "not str"), (lambda a, b, c: a, "the energy takes 3 arguments, expected .phi. or .phi, sigma."), (5, "the energy is 5, expected a text or a function")):
+                         (lambda phi: phi * "k", "not str"), (lambda phi: np.array([1.0, 2.0]) * phi, r"not an array of shape \(2,\), expected its terms"),
+                         (lambda phi: np.array([phi]), r"not an array of shape \(1,\)"), (lambda a, b, c: a, "the energy takes 3 arguments, expected .phi. or .phi, sigma."), (5, "the energy is 5, expected a text or a function")):
         with pytest.raises(TypeError, match=words):
             vsa.formula(wrong)
 
