@@ -95,7 +95,8 @@ def _before_holes(r: Result) -> np.ndarray:
 
 def _lines(ax: "Axes", r: Result, t: np.ndarray, lines: dict[str, np.ndarray], angles: bool = False) -> None:
     """Of many lines those that are 0 all the time are counted. Angles [rad] that never leave [-π, π] have gaps where they jump, all lines
-    where rows of a judged file are missing. What a sampled controller holds is drawn as stairs."""
+    where rows of a judged file are missing. What a sampled controller holds is drawn as stairs. A line that covers an area has no dashes, whose
+    pattern would look like a beat."""
     holes = np.searchsorted(t, _before_holes(r), side="right")
     shown = {n: y for n, y in lines.items() if np.any(y)}
     if len(lines) <= 4 or len(lines) - len(shown) < 2:
@@ -105,7 +106,8 @@ def _lines(ax: "Axes", r: Result, t: np.ndarray, lines: dict[str, np.ndarray], a
         wraps = angles and not np.any(np.abs(y) > np.pi + 1e-9)
         jumps = np.flatnonzero(np.abs(np.diff(y)) > np.pi) + 1 if wraps else []
         at = np.union1d(holes, jumps).astype(int)  # gaps
-        style = {"color": LINES[k % 8], "linestyle": DASHES[(k + k // 8) % 8], "drawstyle": "steps-post" if is_held(y) else "default"}
+        covers = np.count_nonzero(np.diff(y)[1:] * np.diff(y)[:-1] < 0) > max(len(y) / 8, 140)
+        style = {"color": LINES[k % 8], "linestyle": "-" if covers else DASHES[(k + k // 8) % 8], "drawstyle": "steps-post" if is_held(y) else "default"}
         ax.plot(np.insert(t, at, np.nan), np.insert(y, at, np.nan), **style, linewidth=1.2, label=name)
     if idle := len(lines) - len(shown):
         ax.plot([], [], color=SOFT, linewidth=0.6, label=f"{idle} {'others' if shown else 'lines'}: 0")

@@ -27,6 +27,13 @@ bool in_half_turns(const TraceLine& l) {
                               [](double v) { return std::fabs(v) > std::numbers::pi + 1e-9; });
 }
 
+/// Of dashes that turn back within three widths of the line, those beside each other make patterns
+/// that look like a beat.
+bool covers_area(const TraceLine& l, const Look& look) {
+  const size_t count = swings(l.value);
+  return count > l.value.size() / 8 && double(count) * 3 * look.stroke > look.right - look.left;
+}
+
 void give_style(Drawn& d, size_t next) {
   switch (d.line->stroke) {
     case Stroke::band:
@@ -78,6 +85,12 @@ bool is_held(const std::vector<double>& v) {
   return changes > 1 && 10 * alone >= 9 * changes;
 }
 
+size_t swings(const std::vector<double>& v) {
+  size_t count = 0;
+  for (size_t i = 2; i < v.size(); ++i) count += (v[i] - v[i - 1]) * (v[i - 1] - v[i - 2]) < 0;
+  return count;
+}
+
 std::vector<Drawn> drawn_of(const TracePanel& p, const Look& look) {
   std::vector<Drawn> all;
   const auto idles = size_t(std::ranges::count_if(p.lines, is_idle));
@@ -88,6 +101,7 @@ std::vector<Drawn> drawn_of(const TracePanel& p, const Look& look) {
     if (folded && is_idle(l)) continue;
     Drawn d{&l, l.name, "", "", look.stroke};
     give_style(d, next);
+    if (l.stroke == Stroke::line && covers_area(l, look)) d.dash = "";
     d.wraps = p.what.ends_with("[rad]") && in_half_turns(l);
     d.held = l.stroke == Stroke::line && is_held(l.value);
     next += l.stroke == Stroke::line;

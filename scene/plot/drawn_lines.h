@@ -17,6 +17,9 @@ struct Drawn {
   std::vector<double> from = {}, to = {};  ///< of a stacked area
 };
 
+/// How often a series turns back.
+std::size_t swings(const std::vector<double>& values);
+
 /// What of a panel is drawn, and how; what is 0 all the time comes last, in one row. The lines
 /// refer to the panel.
 std::vector<Drawn> drawn_of(const TracePanel& panel, const Look& look);

@@ -22,13 +22,6 @@ using colour::grid, colour::ink, colour::soft;
 constexpr size_t most_in_column = 6;
 constexpr double gap_in_legend = 4;  ///< right of an entry
 
-/// How often a series turns back.
-size_t swings(const std::vector<double>& v) {
-  size_t count = 0;
-  for (size_t i = 2; i < v.size(); ++i) count += (v[i] - v[i - 1]) * (v[i - 1] - v[i - 2]) < 0;
-  return count;
-}
-
 class TracePlot {
  public:
   TracePlot(const std::vector<TracePanel>& panels, const Look& look)

@@ -208,6 +208,14 @@ def test_lines_that_are_zero_are_counted(run, monkeypatch):
         assert [k.get_text() for k in ph.plot(run, what="joints").axes[0].get_legend().get_texts()] == names
 
 
+def test_a_line_that_covers_an_area_has_no_dashes(run, monkeypatch):
+    t = np.linspace(0, 1, 1501)
+    lines = {"slow": t, "fast": np.cos(np.pi * np.arange(1501)), "control": np.sin(40 * t)}
+    monkeypatch.setattr(type(run), "motion", lambda self, bands: {"joints [rad]": lines, "time [s]": {"t": t}})
+    styles = [k.get_linestyle() for k in ph.plot(run, what="joints").axes[0].get_lines()]
+    assert [k == "-" for k in styles[:3]] == [True, True, False], styles
+
+
 def test_the_command_draws_the_same_panels(run, tmp_path):
     """`porthos plot --what` knows the names of porthos.plot(what=...), and shows the same lines."""
     motion = run.motion()

@@ -168,6 +168,24 @@ TEST(Plot, AFigureIsOfOneColumnAndItsLinesDifferByTheirDashes) {
   EXPECT_NE(svg.find("font-size=\"8\""), std::string::npos);
 }
 
+TEST(Plot, ALineThatCoversAnAreaHasNoDashes) {
+  const auto dashed = [](int turns, auto picture) {
+    TracePanel p{"joints [rad]", {{"a", {0, 1}, {0, 1}}, {"b", {}, {}}}};
+    for (int i = 0; i <= 1500; ++i) {
+      p.lines[1].t.push_back(i / 1500.0);
+      p.lines[1].value.push_back((i * turns / 1500) % 2 ? 1 : -1);
+    }
+    const std::string svg = picture(std::vector{p});
+    expect_valid(svg);
+    return svg.find("stroke-dasharray") != svg.npos;
+  };
+  const auto screen = [](const auto& p) { return trace_plot(p, "t", "s"); };
+  EXPECT_FALSE(dashed(1500, screen));
+  EXPECT_FALSE(dashed(1500, figure));
+  EXPECT_TRUE(dashed(40, screen)) << "the control: its swings are apart";
+  EXPECT_TRUE(dashed(40, figure));
+}
+
 TEST(Plot, ALineHasNoNameWhereItsPanelHasIt) {
   const auto named = [](const char* what) {
     return std::ranges::count(texts(figure({{what, {{"m", {0, 1}, {0, 1}}}}})), "m");
