@@ -137,6 +137,15 @@ std::string curves_of(const std::string& title, const vsa::Elastic& e,
   return svg.finish();
 }
 
+/// Whether the spring at the end of the range of σ can be drawn beside that before it: it may have
+/// no room there, or go to infinity.
+bool shows_end(const vsa::Elastic& e, double theta, double before, double end) {
+  const double limit = e.traits().limits.deflection;
+  for (const double strain : e.strains(limit < HUGE_VAL ? 0.1 * limit : 0.0, theta, end))
+    if (std::fabs(strain) > limit) return false;
+  return std::fabs(e.stiffness(0, theta, end)) <= 4 * std::fabs(e.stiffness(0, theta, before));
+}
+
 }  // namespace
 
 std::string datasheet_plot(const vsa::Device& d) {
@@ -148,8 +157,9 @@ std::string datasheet_plot(const vsa::Device& d) {
 std::string spring_plot(const JointActuator& a) {
   const auto& traits = a.actuator.elastic->traits();
   const vsa::Limits& limits = traits.limits;
+  const double theta = traits.translation_invariant ? 0 : a.theta.value_or(0);
   std::vector<double> sigmas{a.sigma};
-  // ±σ are often the same spring, and at the end of its range a spring may have no room.
+  // ±σ are often the same spring.
   const double least = limits.sigma_lower == -limits.sigma_upper ? 0 : limits.sigma_lower;
   const auto settings = vsa::measured_settings(*a.actuator.elastic);
   if (!settings.empty()) {
@@ -158,8 +168,9 @@ std::string spring_plot(const JointActuator& a) {
     for (size_t k = 0; k < n; ++k)
       sigmas.push_back(settings[n < 2 ? 0 : k * (settings.size() - 1) / (n - 1)]);
   } else if (const double range = limits.sigma_upper - least; range < HUGE_VAL) {
+    const bool to_end = shows_end(*a.actuator.elastic, theta, least + 0.75 * range, least + range);
     sigmas.clear();
-    for (int k = 0; k < 4; ++k) sigmas.push_back(least + range * k / 4);
+    for (int k = 0; k < 4; ++k) sigmas.push_back(least + range * k / (to_end ? 3 : 4));
   }
   const double measured = std::max(-traits.measured_from, traits.measured_to);
   double deflection = 1;
@@ -168,7 +179,7 @@ std::string spring_plot(const JointActuator& a) {
   else if (measured < HUGE_VAL)
     deflection = measured;
   return curves_of(fmt::format("{} ({})", a.name, traits.family), *a.actuator.elastic, sigmas,
-                   deflection, traits.translation_invariant ? 0 : a.theta.value_or(0), true);
+                   deflection, theta, true);
 }
 
 }  // namespace porthos::scene

@@ -93,6 +93,22 @@ TEST_F(Scenes, ThePictureOfATableHasItsEnergy) {
   EXPECT_NE(settings.find("σ = 1 "), std::string::npos);
 }
 
+/// To the end of the range of σ. Controls: springs without room there, or with a pole nearby.
+TEST_F(Scenes, ThePictureOfASpringGoesToTheEndOfItsRange) {
+  const auto last = [&](const std::string& device, const std::string& start) {
+    (void)assembly(elbow + "device = \"" + device + "\"\n" + fixed +
+                   "sigma = { drive = \"fixed\", start = " + start + " }\n");
+    const auto s = scene::read_scene((folder_ / "scene.toml").string());
+    const std::string svg = scene::spring_plot(s.actuators.at(0));
+    const size_t at = svg.rfind("σ = ") + std::string("σ = ").size();
+    return svg.substr(at, svg.find(' ', at) - at);
+  };
+  EXPECT_EQ(last("awas", "0.03"), "0.09");
+  EXPECT_EQ(last("maccepa_vd", "1"), "3.142");
+  EXPECT_EQ(last("qbmove_advanced", "0.1"), "0.6");
+  EXPECT_EQ(last("awas_ii", "0.03"), "0.06375");
+}
+
 /// offset + amplitude sin(2π f t + phase), and the note on a command that begins elsewhere.
 TEST_F(Scenes, CommandsByPositionBeginAtTheStart) {
   const auto of = [&](const std::string& sine, double start) {
