@@ -81,6 +81,20 @@ constexpr const char* own_energy =
     "([python.md](python.md#controllers-and-actuators)). Tutorial: "
     "[tutorials/actuator.md](tutorials/actuator.md#your-energy).\n";
 
+constexpr const char* ledger_rows =
+    "Rows of the ledger, as `<name>.theta.torque`; an [`[[output]]`](scene.md#output) of "
+    "`quantity = \"power\"` or `\"energy\"` takes them:\n\n"
+    "| drive of `theta` | stored | supplied | dissipated |\n|---|---|---|---|\n"
+    "| `fixed` | - | - | - |\n"
+    "| `torque` | `rotor` | `theta.torque` | `theta.viscous`, `theta.friction`, `theta.brake` |\n"
+    "| `position` | `rotor` | `theta.controller` | the same |\n"
+    "| `rate` | - | `theta.rate` | - |\n"
+    "| `servo` | - | `theta.servo` | - |\n\n"
+    "Those of σ are `sigma_rotor` and `sigma.torque` ... `sigma.brake`. `viscous`, `friction` "
+    "and `brake` are there if `viscous`, `coulomb` and `rate_limit` are given. Besides: `spring` "
+    "(stored, with its limits), `damping` (dissipated) and `damper`: it is commanded, so it "
+    "is among the supplied, with work of 0 or less.\n\n";
+
 std::string actuators_text() {
   scene::TextRows table{{"name", "family", "parameters", "what"}};
   for (const auto& d : vsa::devices())
@@ -144,7 +158,9 @@ std::string actuators_markdown() {
       "Rotors count by ½ n² J θ'² (Spong 1987). The gyroscopic moment of a rotor on a moving link "
       "is neglected, except for rotors that are bodies of the mechanism (`vsa/rotor_body.h`). "
       "Two equal motors "
-      "at θ ± σ are one of 2 J at θ and one of 2 J at σ.\n\n"
+      "at θ ± σ are one of 2 J at θ and one of 2 J at σ.\n\n";
+  text += ledger_rows;
+  text +=
       "Planning in C++: constant-energy paths and resonance tuning (`vsa/planning.h`), changes of "
       "stiffness that take the least electrical energy, with the torque that runs them "
       "(`vsa/minimum_energy.h`).\n\n"

@@ -92,8 +92,9 @@ double drive_torque(const Drive& d, double t, double angle, double rate);
 /// ("<member>.<joint>.torque"), with its commands, frictions and limits. Ledger: storages
 /// "<name>.spring", "<name>.rotor", "<name>.sigma_rotor"; works by drive "<name>.theta.torque",
 /// ".controller", ".rate" or ".servo", losses "<name>.theta.viscous", ".friction", ".brake", the
-/// same of "<name>.sigma", "<name>.damping" and "<name>.damper". A drive of kind torque or rate
-/// without a command leaves its port ("<name>.theta") open for a controller.
+/// same of "<name>.sigma", the loss "<name>.damping"; "<name>.damper" is among the works, as it is
+/// commanded. A drive of kind torque or rate without a command has no work and leaves its port
+/// ("<name>.theta") open for a controller.
 /// @throws InvalidArgument as actuator_model()
 void attach(phs::Network& n, const std::string& name, const std::string& joint_port,
             const Actuator& a);

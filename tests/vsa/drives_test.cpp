@@ -1,4 +1,7 @@
 // Every kind of drive: axioms, the ledger, limits, and what is refused.
+#include <set>
+#include <string>
+
 #include "integrators/core/integrator.h"
 #include "phs/system/check.h"
 #include "tests/support/bounds.h"
@@ -70,6 +73,49 @@ TEST(Drives, EveryPairIsPortHamiltonianAndKeepsItsBooks) {
       keeps(std::string("theta by ") + theta_name + ", sigma by " + sigma_name + ": defect", defect,
             1e-13);
     }
+}
+
+/// docs/actuators.md lists the rows of the ledger for each drive. Controls: without viscous, coulomb,
+/// a rate limit or a command these rows are not there.
+TEST(Drives, RowsOfTheLedgerAreThoseOfThePage) {
+  const auto rows = [](vsa::Drive theta, bool dampers) {
+    vsa::Actuator a;
+    a.elastic = vsa::elastic_of(vsa::device("qbmove_advanced"));
+    a.theta = std::move(theta);
+    a.sigma = drive(Kind::torque);
+    if (dampers) a.damping = 0.05;
+    if (dampers) a.damper = phs::sine(0.2, 0.5);
+    phs::Network n("joint");
+    n.add("m", pendulum(0.5, 2)).main("m");
+    vsa::attach(n, "a", "m.hinge.torque", a);
+    const auto model = n.build();
+    const auto& d = model->description();
+    std::set<std::string> all;
+    for (const auto& name : d.storages)
+      if (name.starts_with("a.")) all.insert("stored " + name.substr(2));
+    for (const auto& p : d.powers)
+      all.insert((p.kind == phs::PowerKind::supplied ? "supplied " : "dissipated ") +
+                 p.name.substr(2));
+    for (const char* of_sigma :
+         {"stored spring", "stored sigma_rotor", "supplied sigma.torque",
+          "dissipated sigma.viscous", "dissipated sigma.friction", "dissipated sigma.brake"})
+      EXPECT_EQ(all.erase(of_sigma), 1u) << of_sigma;
+    return all;
+  };
+  using Rows = std::set<std::string>;
+  const Rows losses{"stored rotor", "dissipated theta.viscous", "dissipated theta.friction",
+                    "dissipated theta.brake"};
+  const auto with = [&](Rows more) {
+    more.insert(losses.begin(), losses.end());
+    return more;
+  };
+  EXPECT_EQ(rows(drive(Kind::fixed), false), Rows{});
+  EXPECT_EQ(rows(drive(Kind::torque), true),
+            with({"supplied theta.torque", "dissipated damping", "supplied damper"}));
+  EXPECT_EQ(rows(drive(Kind::position), false), with({"supplied theta.controller"}));
+  EXPECT_EQ(rows(drive(Kind::rate), false), Rows{"supplied theta.rate"});
+  EXPECT_EQ(rows(drive(Kind::servo), false), Rows{"supplied theta.servo"});
+  EXPECT_EQ(rows({.kind = Kind::torque, .inertia = 1}, false), Rows{"stored rotor"});
 }
 
 TEST(Drives, TorquesAndRatesStayWithinTheirLimits) {
