@@ -15,7 +15,8 @@ namespace {
 
 constexpr int most_records = 4000, least_records = 20;
 /// Of a sine with m records a swing |sin(π/m) m/π - cos(π/m)| of its path is off on average: a
-/// quarter at 3.5, which a line through the records no longer shows.
+/// quarter at 3.5, which a line through the records no longer shows. Impacts and feet that land are
+/// off by 0.1 to 0.2 at records that show their swings, as 5 a swing are.
 constexpr double most_off = 0.25;
 constexpr double least_path = 1e-6;  ///< [rad, m]; less is no motion
 

@@ -27,6 +27,20 @@ def test_docs_python(source, tmp_path, monkeypatch, capsys):
     assert "verdict  pass" in out and "FAIL" not in out, out
 
 
+def test_docs_of_identification(source, tmp_path, monkeypatch):
+    """Each block asserts that it finds what the log was made with."""
+    pytest.importorskip("scipy")
+    text = (source / "docs/identification.md").read_text(encoding="utf-8")
+    (tmp_path / "examples").symlink_to(source / "examples")
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"```python\n(.*?)```", text, re.S)
+    assert len(blocks) == 2
+    for code in blocks:
+        exec(compile(code, "docs/identification.md", "exec"), {})
+    with pytest.raises(AssertionError):  # control: the log of another friction
+        exec(compile(blocks[1].replace("angles([0.02, 0.01])", "angles([0.02, 0.02])"), "docs/identification.md", "exec"), {})
+
+
 def test_docs_of_actuators(source, tmp_path, monkeypatch):
     """The Python of the tutorial, and its scene with the measured spring, which only Python makes."""
     import porthos

@@ -145,5 +145,20 @@ TEST(MotorOutputs, NothingSetsTheStiffnessOfAPlainSpring) {
            "depend on sigma, expected another quantity"));
 }
 
+/// A row of work has a power, one that is stored an energy.
+TEST(MotorOutputs, ARowOfTheOtherQuantityIsToldWhich) {
+  TemporaryFolder folder;
+  const auto refused = [&](const std::string& more) {
+    const auto scene = arm(folder, more);
+    return refusal([&] { (void)Series(scene); });
+  };
+  EXPECT_TRUE(says(refused(row("e", "energy", "sigma.rate")),
+                   "'shoulder_vsa.sigma.rate' is a row of work, not of energy that is stored, "
+                   "expected quantity = \"power\""));
+  EXPECT_TRUE(says(refused(row("p", "power", "rotor")),
+                   "is a row of stored energy, expected quantity = \"energy\""));
+  EXPECT_TRUE(says(refused(row("p", "power", "rate")), "the ledger has no row"));  // the control
+}
+
 }  // namespace
 }  // namespace porthos::test::motor_outputs_test

@@ -360,14 +360,6 @@ TEST(Outputs, WhatCannotBeIsRefusedWithItsPlace) {
   EXPECT_TRUE(says(refusal(output("joint_wrench", "r", "joint = \"hing\"")),
                    "the model has no joint 'hing' that moves"));
   EXPECT_TRUE(says(refusal(output("energy", "e", "row = \"heat\"")), "expected one of: kinetic"));
-  const std::string damped =
-      "[[element]]\ntype = \"damper\"\nname = \"d\"\njoint = \"hinge\"\ndamping = 1\n";
-  EXPECT_TRUE(says(refusal(damped + output("energy", "e", "row = \"d\"")),
-                   "'d' is a row of work, not of energy that is stored, expected quantity = "
-                   "\"power\""));
-  EXPECT_TRUE(says(refusal(damped + output("power", "p", "row = \"kinetic\"")),
-                   "a row of stored energy, expected quantity = \"energy\""));
-  EXPECT_EQ(refusal(damped + output("power", "p", "row = \"d\"")), "");
   EXPECT_TRUE(says(refusal(output("altitude", "h", "")), "has no [orbit]"));
   EXPECT_TRUE(says(refusal(output("momentum", "p", "link = \"foot\"")), "does not move"));
   EXPECT_TRUE(says(refusal(output("formula", "f", "formula = \"sqrt(\"")), "is no formula"));

@@ -75,8 +75,8 @@ TEST(Drives, EveryPairIsPortHamiltonianAndKeepsItsBooks) {
     }
 }
 
-/// docs/actuators.md lists the rows of the ledger for each drive. Controls: without viscous, coulomb,
-/// a rate limit or a command these rows are not there.
+/// docs/actuators.md lists the rows of the ledger for each drive. Controls: without viscous,
+/// coulomb, a rate limit or a command these rows are not there.
 TEST(Drives, RowsOfTheLedgerAreThoseOfThePage) {
   const auto rows = [](vsa::Drive theta, bool dampers) {
     vsa::Actuator a;
