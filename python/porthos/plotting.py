@@ -262,6 +262,17 @@ def _momenta_of(r: Result) -> list[Any]:
     return [panel(*of, [] if k else kept) for k, of in enumerate(shown)]
 
 
+def _row(key: str) -> tuple[str, Any]:
+    """A row of the ledger by its name, and alone."""
+    name = key.partition("/")[2]
+
+    def draw_into(ax, r):
+        at = thinned(r.time)
+        _style(ax, name, "J")
+        _lines(ax, r, r.time[at], {name: r[key][at]})
+    return name, draw_into
+
+
 PANELS = {"energies": _energies, "works": _works, "residual": _residual}
 
 
@@ -270,7 +281,7 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, labe
 
     what = "motion": all panels of the motion in one figure, more than six in two columns. "states": the states and momenta of any system, as of a
     Network; of one without a mechanism each by the name of its block. A beginning that no other panel has is enough, "rates of base". The name of a
-    line, as of an output: that line alone. label: what a
+    line, as of an output, or of a row of the ledger: that line alone. label: what a
     run is called among others in the same axes. legend: whether lines are named above the axes (in them where the figure has no layout
     and they do not fit above; left out with a warning where they would take more than half the height). Axes of three dimensions show a
     place x, y, z [m] as a path. Returns the Figure. Raises InvalidArgument, naming what there is.
@@ -286,7 +297,8 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, labe
             whole = "states"
         motion, lines = _of_motion(result.states(bands=True) if whole == "states" else result.motion(bands=True))
         known.update(motion)
-    draw = {**lines, **known}
+    rows = dict(_row(k) for k in result.names if k.startswith(("stored/", "supplied/", "dissipated/")))
+    draw = {**rows, **lines, **known}
     all = what == whole
     what = what if what in draw else title
     if what not in draw and len(begin := [n for n in known if what and n.startswith(what)]) == 1:

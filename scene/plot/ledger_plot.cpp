@@ -1,5 +1,7 @@
 #include "scene/plot/ledger_plot.h"
 
+#include <fmt/format.h>
+
 namespace porthos::scene {
 
 std::vector<TracePanel> ledger_panels(const LedgerSeries& s) {
@@ -14,6 +16,25 @@ std::vector<TracePanel> ledger_panels(const LedgerSeries& s) {
   if (!works.lines.empty()) panels.push_back(std::move(works));
   for (TracePanel& panel : panels) panel.holes = s.holes;
   return panels;
+}
+
+std::optional<TracePanel> row_panel(const LedgerSeries& s, const std::string& name) {
+  for (const auto* rows : {&s.stored, &s.supplied, &s.dissipated})
+    for (const LedgerLine& l : *rows)
+      if (l.name == name) {
+        TracePanel p{name + " [J]", {{name, s.t, l.value}}};
+        p.holes = s.holes;
+        return p;
+      }
+  return {};
+}
+
+void count_anew(TracePanel& works) {
+  works.what = fmt::format("works since {:.6g} s [J]", works.lines.front().t.front());
+  for (TraceLine& l : works.lines) {
+    const double before = l.value.front();
+    for (double& w : l.value) w -= before;
+  }
 }
 
 std::string ledger_plot(const LedgerSeries& series, const std::string& title,

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,13 @@ struct LedgerSeries {
 /// "energies [J]", stacked, and, if there are any, "works [J]" through sources (in) and losses.
 std::vector<TracePanel> ledger_panels(const LedgerSeries& series);
 
-/// These and the defect of the balance on an axis of its own, as a complete SVG document.
+/// One row, a stored energy or a work; none of another name.
+std::optional<TracePanel> row_panel(const LedgerSeries& series, const std::string& name);
+
+/// Works as of a part of a run: from zero at its begin. The panel has a line of a record or more.
+void count_anew(TracePanel& works);
+
+/// Energies, works and the defect of the balance on an axis of its own, as a complete SVG document.
 std::string ledger_plot(const LedgerSeries& series, const std::string& title,
                         const std::string& subtitle);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -141,27 +142,34 @@ std::string unit_of_line(const std::string& unit, const std::string& name) {
   return moment ? unit.substr(0, comma) + "]" : " [" + unit.substr(comma + 2);
 }
 
-/// Works as of a part of a run: from zero at its begin.
-void count_anew(TracePanel& works) {
-  works.what = fmt::format("works since {:.6g} s [J]", works.lines.front().t.front());
-  for (TraceLine& l : works.lines) {
-    const double before = l.value.front();
-    for (double& w : l.value) w -= before;
-  }
-}
-
-/// Those of energies, works and residual in a run.h5.
+/// Those of energies, works and residual in a run.h5, or a row of the ledger.
 TracePanel balance_panel(const fs::path& part, const Json& summary, const std::string& what,
                          const TimeSpan& span) {
   const auto records = open_run_file(part / "run.h5");
   if (what == "residual") return residual_of(*records, report_of(summary), span);
-  for (TracePanel& p : ledger_panels(ledger_of(*records, report_of(summary), span)))
+  const LedgerSeries series = ledger_of(*records, report_of(summary), span);
+  if (auto row = row_panel(series, what)) return std::move(*row);
+  for (TracePanel& p : ledger_panels(series))
     if (without_unit(p.what) == what) {
       if (what == "works" && !p.lines.front().t.empty() && span.from > 0) count_anew(p);
       return std::move(p);
     }
   throw InvalidArgument(
       fmt::format("{} has no panel '{}': nothing is supplied or lost", part.string(), what));
+}
+
+bool has_row(const fs::path& part, const std::string& name) {
+  const auto records = open_run_file(part / "run.h5");
+  return std::ranges::any_of(std::array{"stored/", "supplied/", "dissipated/"},
+                             [&](const char* of) { return records->has(of + link_name(name)); });
+}
+
+/// Whether the name is that of a panel or of a line.
+bool is_in(const Motion& motion, const std::string& what) {
+  return std::ranges::any_of(motion.panels, [&](const TracePanel& p) {
+    return without_unit(p.what) == without_unit(what) ||
+           std::ranges::find(p.lines, what, &TraceLine::name) != p.lines.end();
+  });
 }
 
 /// A name in a list: in quotes if it has a comma of its own.
@@ -257,6 +265,19 @@ std::vector<TracePanel> split(const std::vector<TracePanel>& panels) {
   return all;
 }
 
+std::string motion_figure(const Motion& motion, const std::string& what, const std::string& whole,
+                          const TimeSpan& span) {
+  InSpan found;
+  auto panels = cut(named(motion, what, whole), span, most_shown, found);
+  for (TracePanel& p : panels) {
+    p.holes = motion.holes;
+    for (const TimeMark& m : motion.marks)
+      if (m.t >= span.from && m.t <= span.to) p.marks.push_back(m);
+  }
+  refuse_fewer_than_two(found, span);
+  return figure(split(panels));
+}
+
 }  // namespace
 
 LedgerSeries ledger_of(const Records& records, const RunReport& r, const TimeSpan& span) {
@@ -297,26 +318,24 @@ std::vector<std::string> figures(const fs::path& folder, const std::string& what
   const std::int64_t most = span.whole() ? most_shown : std::numeric_limits<std::int64_t>::max();
   const std::string title = without_unit(what);
   require_finished(folder);
-  if (title != "energies" && title != "works" && title != "residual") {
+  const auto parts = parts_of(folder);
+  const auto of_row = [&](const fs::path& part) { return has_row(part, what); };
+  const bool panel = title == "energies" || title == "works" || title == "residual";
+  if (!panel) {
     const bool states =
         title == "states" || title == "momenta" || (what != "motion" && !has_scene(folder));
     const Motion motion = states ? states_in(folder, most) : motion_in(folder, most);
-    InSpan found;
-    auto panels = cut(named(motion, what, states ? "states" : "motion"), span, most_shown, found);
-    for (TracePanel& p : panels) {
-      p.holes = motion.holes;
-      for (const TimeMark& m : motion.marks)
-        if (m.t >= span.from && m.t <= span.to) p.marks.push_back(m);
-    }
-    refuse_fewer_than_two(found, span);
-    return {figure(split(panels))};
+    if (is_in(motion, what) || std::ranges::none_of(parts, of_row))
+      return {motion_figure(motion, what, states ? "states" : "motion", span)};
   }
   std::vector<std::string> all;
   InSpan found;  // in all phases
-  for (const fs::path& part : parts_of(folder))
+  for (const fs::path& part : parts)
     all.push_back(of_summary(part, [&](const Json& s) {
       InSpan here;
-      const auto panels = cut({balance_panel(part, s, title, span)}, span, most_shown, here);
+      if (!panel && !of_row(part)) return std::string();
+      const auto panels =
+          cut({balance_panel(part, s, panel ? title : what, span)}, span, most_shown, here);
       found = {std::min(found.first, here.first), std::max(found.last, here.last),
                std::max(found.most, here.most)};
       return here.most > 1 ? figure(panels) : std::string();

@@ -29,8 +29,8 @@ LedgerSeries ledger_of(const Records& records, const RunReport& report, const Ti
 
 /// A panel of a finished run as figure() draws it: "energies", "works", "residual", a panel of the
 /// motion by its name with or without the unit ("rates of joints") or by a beginning that no other
-/// has, "motion" (all of them), or a line of it by its name; "states", of a system made in code a
-/// panel or a line of states_in() too.
+/// has, "motion" (all of them), a line of it or a row of the ledger by its name; "states", of a
+/// system made in code a panel or a line of states_in() too.
 /// One document for each phase, empty where a phase has no records in the span, but of the motion
 /// and the states one for all. span: of no more records than a picture of the whole has.
 /// @throws InvalidArgument as motion_in(), and for a name that is none, with the list of those

@@ -234,6 +234,17 @@ def test_the_command_draws_the_same_panels(run, tmp_path):
     refused(lambda: ph.plot(run, what="rates of joinst"), "the nearest is 'rates of joints'", most=280)
 
 
+def test_a_row_of_the_ledger_is_a_line(run, tmp_path):
+    """As the command has it. Control: other numbers are none of the row."""
+    name = next(iter(run.group("stored")))
+    axes = ph.plot(run, what=name).axes[0]
+    (line,) = (k for k in axes.get_lines() if len(k.get_xdata()) > 2)
+    assert axes.get_ylabel() == "J" and np.isin(line.get_ydata(), run[f"stored/{name}"]).all()
+    assert not np.isin(line.get_ydata(), 2 * run[f"stored/{name}"] + 1).any()
+    done = subprocess.run([os.environ["PORTHOS_CLI"], "plot", run.folder, "--what", name, "--out", tmp_path / "one.svg"], capture_output=True, text=True)
+    assert done.returncode == 0 and f">{name} [J]<" in (tmp_path / "one.svg").read_text(encoding="utf-8"), done.stderr
+
+
 def test_a_line_of_several_panels_is_named_with_its_panel(run, monkeypatch, tmp_path):
     t = np.linspace(0, 1, 5)
     panels = {"tip [m]": {"x": t, "y": -t}, "bus [m]": {"x": 2 * t}, "time [s]": {"t": t}}

@@ -356,5 +356,23 @@ TEST(Replot, DamagedSeriesAreRefused) {
   }
 }
 
+/// A row of the ledger alone, a work or a stored energy. Controls: a line of the motion comes first,
+/// and another name is refused.
+TEST(Replot, ARowOfTheLedgerIsAPanel) {
+  const TemporaryFolder folder;
+  run_arm(folder,
+          "[model]\nurdf = 'arm.urdf'\nbase = 'fixed'\n[initial]\njoints.shoulder = { velocity = 1 "
+          "}\n[integrator]\nmethod = 'gauss8'\nstep = 0.01\n[run]\nduration = 2\n"
+          "[[element]]\nname = 'grease'\ntype = 'damper'\njoint = 'elbow'\ndamping = 0.1\n"
+          "[[element]]\nname = 'elbow'\ntype = 'damper'\njoint = 'shoulder'\ndamping = 0.1\n");
+  const auto of = [&](const std::string& what) {
+    return scene::figures(folder / "out", what).at(0);
+  };
+  EXPECT_NE(of("grease").find(">grease [J]<"), std::string::npos);
+  EXPECT_NE(of("kinetic").find(">kinetic [J]<"), std::string::npos);
+  EXPECT_NE(of("elbow").find(">elbow [rad]<"), std::string::npos);
+  EXPECT_TRUE(says(refusal([&] { of("oil"); }), "what is 'oil', the nearest is"));
+}
+
 }  // namespace
 }  // namespace porthos::test::replot_test
