@@ -30,7 +30,7 @@ bool in_half_turns(const TraceLine& l) {
 /// Of dashes that turn back within three widths of the line, those beside each other make patterns
 /// that look like a beat.
 bool covers_area(const TraceLine& l, const Look& look) {
-  const size_t count = swings(l.value);
+  const size_t count = turns_back(l.value);
   return count > l.value.size() / 8 && double(count) * 3 * look.stroke > look.right - look.left;
 }
 
@@ -85,7 +85,7 @@ bool is_held(const std::vector<double>& v) {
   return changes > 1 && 10 * alone >= 9 * changes;
 }
 
-size_t swings(const std::vector<double>& v) {
+size_t turns_back(const std::vector<double>& v) {
   size_t count = 0;
   for (size_t i = 2; i < v.size(); ++i) count += (v[i] - v[i - 1]) * (v[i - 1] - v[i - 2]) < 0;
   return count;

@@ -18,7 +18,7 @@ struct Drawn {
 };
 
 /// How often a series turns back.
-std::size_t swings(const std::vector<double>& values);
+std::size_t turns_back(const std::vector<double>& values);
 
 /// What of a panel is drawn, and how; what is 0 all the time comes last, in one row. The lines
 /// refer to the panel.

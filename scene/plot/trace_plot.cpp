@@ -180,7 +180,7 @@ class TracePlot {
     const auto& value = d.to.empty() ? d.line->value : d.to;
     const auto& from = d.to.empty() ? d.line->low : d.from;
     const size_t n = std::min(t.size(), value.size());
-    const bool dense = area && swings(value) > n / 8;  // white edges would cover the area
+    const bool dense = area && turns_back(value) > n / 8;  // white edges would cover the area
     std::vector<std::string> points, back;
     std::string level;  // of the point before
     const auto flush = [&] {

@@ -356,8 +356,8 @@ TEST(Replot, DamagedSeriesAreRefused) {
   }
 }
 
-/// A row of the ledger alone, a work or a stored energy. Controls: a line of the motion comes first,
-/// and another name is refused.
+/// A row of the ledger alone, a work or a stored energy. Controls: a line of the motion comes
+/// first, and another name is refused.
 TEST(Replot, ARowOfTheLedgerIsAPanel) {
   const TemporaryFolder folder;
   run_arm(folder,
