@@ -193,7 +193,9 @@ bool hangs(const mechanics::MechanicalModel& model, const Parts& p, const std::v
 }
 
 const char* help_of_unheld(const PotentialShaping& s, const Parts& p, bool hanging) {
-  if (s.constant_compensation) return "choose a rest at which it hangs, or drive it";
+  if (s.constant_compensation)
+    return "choose a rest at which it hangs (that of a scene's joint is its start unless it is "
+           "named, with a target and actuated = false), or drive it";
   if (!p.compensate) return "drive it, or hold only what the actuators reach";
   return hanging ? "drive it, or keep the model's gravity and springs (gravity = \"keep\" or "
                    "\"constant\", in programs compensate = false, constant_compensation = true)"

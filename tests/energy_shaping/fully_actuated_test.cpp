@@ -154,7 +154,8 @@ TEST(FullyActuated, AHangingJointWithoutActuatorIsHelped) {
   says(why(hangs, false, false), "rest point fails");
   says(why(hangs, false, false), "constant_compensation = true");
   // Where a constant cannot hold it, leaning or upright, the rest comes first in each way.
-  says(why(0.2, false, true), "choose a rest at which it hangs, or drive it");
+  says(why(0.2, false, true),
+       "choose a rest at which it hangs (that of a scene's joint is its start unless it is named");
   for (const double lower : {0.2, -hangs})
     says(why(lower, true, false), "no actuator provides: choose a rest at which it hangs, with");
   says(why(0.2, false, false), "without actuator there: choose a rest at which it hangs, with");

@@ -167,6 +167,32 @@ TEST(ControllerScene, ATargetThatIsNotStatedIsTheStart) {
   EXPECT_NE(end("", ""), end("target = 0.5, ", "target = 0.7, "));  // control
 }
 
+/// The lower rod hangs where shoulder and elbow are opposite; it starts beside that rest. Controls:
+/// without its target its rest is its start, where it leans; and it makes neither spring nor damper.
+TEST(ControllerScene, AJointWithoutActuatorHasARestBesideItsStart) {
+  const std::string driven =
+      "gravity = \"constant\"\njoints.shoulder = { target = 0.5, stiffness = 60, damping = 9 }\n";
+  TemporaryFolder folder;
+  const auto s = arm(folder, bent,
+                     controller("potential", driven + "joints.elbow = { target = -0.5, actuated = "
+                                                      "false }\n"));
+  const auto r = run_of(s);
+  EXPECT_TRUE(r.passed());
+  EXPECT_NEAR(at_end(s, r, "shoulder"), 0.5, 0.02);
+  EXPECT_NEAR(at_end(s, r, "elbow"), -0.5, 0.2);  // still swings; it began 1.1 away
+  const auto told = [&](const std::string& elbow) {
+    return refusal(bent, controller("potential", driven + elbow));
+  };
+  for (const char* start : {"", "joints.elbow.actuated = false\n"})
+    EXPECT_TRUE(says(told(start),
+                     "choose a rest at which it hangs (that of a scene's joint is its start unless "
+                     "it is named, with a target and actuated = false)"));
+  for (const std::string key : {"stiffness", "damping", "bandwidth", "limit"})
+    EXPECT_TRUE(says(told("joints.elbow = { target = -0.5, actuated = false, " + key + " = 1 }"),
+                     key + " is given with actuated = false, expected a target alone"));
+  EXPECT_TRUE(says(told("joints.knee.actuated = false"), "no joint 'knee'"));
+}
+
 TEST(ControllerScene, AHandIsHeldWhereTheSceneWantsIt) {
   TemporaryFolder folder;
   const auto s = arm(
@@ -351,7 +377,7 @@ TEST(ControllerScene, RefusalsSayWhereAndWhat) {
   };
   says(refusal(bent, controller("potential", "joints.knee.damping = 1")),
        "no joint 'knee' of one degree of freedom");
-  says(refusal(bent, controller("potential", "gravity = \"keep\"")), "names no joints");
+  says(refusal(bent, controller("potential", "gravity = \"keep\"")), "names no actuated joint");
   says(refusal(bent, controller("potential", "joints.elbow = { target = 0, stiffness = 9 }")),
        "force without actuator");  // gravity at the shoulder, which has no actuator
   says(refusal(bent, controller("tracking", "over = 1\njoints.elbow = { kp = 1, kd = 1 }")),

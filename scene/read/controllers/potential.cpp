@@ -25,7 +25,7 @@ struct JointShaping {
   JointGains gains;
   double limit = HUGE_VAL;
   std::optional<double> target = {};
-  bool periodic = false;
+  bool periodic = false, actuated = true;
 };
 struct Wanted {
   std::vector<JointShaping> joints;
@@ -91,6 +91,7 @@ ControllerDesign design_potential(const Controller& c, const ControllerPlant& pl
   for (const JointShaping& j : w.joints) {
     const ControlledJoint at = controlled_joint(*plant.model, c, j.joint);
     const JointGains g = all_gains.emplace_back(j.gains.for_mass(felt[at.q]));
+    if (!j.actuated) continue;
     if (g.stiffness > 0) s.joints.push_back({at.port, g.stiffness, s.rest[at.q], j.periodic});
     if (g.damping > 0) s.damping.push_back({at.port, {g.damping}});
     s.actuators.push_back(at.port);
@@ -122,14 +123,21 @@ ControllerDesign design_potential(const Controller& c, const ControllerPlant& pl
 
 void read_potential(const Table& t, Controller& c) {
   Wanted w;
+  int actuated = 0;
   w.joints = read_joints<JointShaping>(t, [&](const Table& own, JointShaping& j) {
     j.gains = read_gains(own, "stiffness", "damping", false);
     j.periodic = own.boolean("periodic");
     if (own.has("target")) j.target = own.number("target");
+    j.actuated = own.boolean("actuated");
+    for (const char* key :
+         {"stiffness", "damping", "bandwidth", "damping_ratio", "periodic", "limit"})
+      if (!j.actuated && own.has(key))
+        own.fail(key, "is given with actuated = false, expected a target alone");
+    actuated += j.actuated;
     if (own.has("limit")) j.limit = own.positive("limit");
   });
-  if (w.joints.empty())
-    refuse(t.where(), t.label() + " names no joints, expected those that are actuated");
+  if (actuated == 0)
+    refuse(t.where(), t.label() + " names no actuated joint, expected one or more");
   t.each("poses", [&](const std::string& link, const std::string&, const Table& own) {
     w.poses.push_back(read_pose(link, own));
   });
@@ -171,8 +179,8 @@ ControllerType potential_controller() {
       "potential",
       "Potential shaping and damping: the joints make springs at joints and between links and the "
       "world.",
-      {table("joints", "controller.potential.joint", required, "by joint: those with an actuator",
-             KeyKind::named),
+      {table("joints", "controller.potential.joint", required,
+             "by joint: those with an actuator, and the rest of others", KeyKind::named),
        table("poses", "controller.potential.pose", "none", "by link: where it is held",
              KeyKind::named),
        word("gravity", {"compensate", "constant", "keep"}, "\"compensate\"",
@@ -181,11 +189,12 @@ ControllerType potential_controller() {
        yes_or_no("zero_momentum", "false",
                  "a free base is held by its joints, for a total momentum of 0")},
       {{"controller.potential.joint", "[controller.joints]",
-        "The spring and the damper that an actuated joint makes.",
+        "The spring and the damper that an actuated joint makes, or the rest of another.",
         joined(
             {number("target", "rad (m)", "the start", ""),
              number("stiffness", "N m/rad (N/m)", "0", ""),
              number("damping", "N m s/rad (N s/m)", "0", ""),
+             yes_or_no("actuated", "true", "false: it has no actuator; its target is its rest"),
              yes_or_no("periodic", "false", "stiffness · (1 - cos(q - target)): does not unwind"),
              number("limit", "N m (N)", "none", "largest torque or force")},
             bandwidth_keys(
