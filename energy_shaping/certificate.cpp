@@ -67,10 +67,15 @@ std::string names_of_failures(const Certificate& c) {
   return s;
 }
 
-/// Of a certificate without failure; that of a law of a user's own has no condition.
+/// Of a certificate without failure, with what its conditions do not judge; that of a law of a
+/// user's own has no condition.
 std::string of_holding(const std::vector<CertificateItem>& items) {
   const auto judged = [](const auto& i) { return i.finding != Finding::reported; };
-  return std::ranges::any_of(items, judged) ? "all conditions hold" : "nothing is checked";
+  if (std::ranges::none_of(items, judged)) return "nothing is checked";
+  std::string but;
+  for (const auto& i : items)
+    if (!judged(i) && !i.help.empty()) but += (but.empty() ? ", but " : "; ") + i.help;
+  return "all conditions hold" + but;
 }
 
 std::string escaped(const std::string& text) {
@@ -170,7 +175,8 @@ std::string Certificate::html() const {
       "<p><b>{}</b>: {}</p>\n<table>\n<tr><th>condition</th><th>value</th>"
       "<th>bound</th><th></th><th></th></tr>\n",
       escaped(title_),
-      holds() ? of_holding(items_) : "not certified: " + escaped(names_of_failures(*this)));
+      holds() ? escaped(of_holding(items_))
+              : "not certified: " + escaped(names_of_failures(*this)));
   for (const auto& i : items_) {
     s += fmt::format("<tr><td>{}</td><td>{:.6g}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
                      escaped(i.name), unsigned_nan(i.value),

@@ -24,7 +24,8 @@ struct CertificateItem {
   std::string text;                                         ///< what was checked, in a few words
   std::vector<double> numbers;                              ///< further figures: eigenvalues, ...
   std::vector<double> at;  ///< state or coordinates of the worst value; may be empty
-  /// What to do where it fails, in place of that of its condition; empty: that of its condition
+  /// What to do where it fails, in place of that of its condition; empty: that of its condition.
+  /// Of a figure that is reported: what to say though all conditions hold
   std::string help = {};
 };
 
@@ -51,7 +52,8 @@ class Certificate {
   void report(const std::string& name, double value, const std::string& text,
               std::vector<double> numbers = {}, std::vector<double> at = {});
 
-  /// What to do where the item that was added last fails, in place of that of its condition.
+  /// What to do where the item that was added last fails, in place of that of its condition; of a
+  /// figure what the last line says beside "all conditions hold".
   void help(std::string what) { items_.back().help = std::move(what); }
 
   /// No item fails, and none is not judged.

@@ -323,6 +323,7 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
                           ? "of the coordinates; a floating base and quaternions have some"
                           : "of the coordinates; among them joints: " + names +
                                 (loose.empty() ? "" : "; nothing holds " + loose));
+  if (!loose.empty()) certificate_.help("neither law nor model holds " + loose);
   certificate_.report("curvature of V_d", curvature.back(), "eigenvalues of the Hessian",
                       curvature);
 }

@@ -70,6 +70,11 @@ TEST(Certify, AJointThatNothingHoldsIsNamed) {
     s.rest = {0, 0, 0};
     s.compensate = false;
     const PotentialLoop loop(arm, s);
+    EXPECT_TRUE(loop.certificate().holds());
+    EXPECT_TRUE(loop.certificate().text().ends_with(
+        spring == 0 ? "  all conditions hold, but neither law nor model holds joint_2\n"
+                    : "  all conditions hold\n"))
+        << loop.certificate().text();
     CertifyOptions o{.region = {{-1, -1, -1}, {1, 1, 1}},
                      .starts = {arm->state(Vec{0.5, 0.8, 0.4}, Vec{0, 0, 0})}};
     o.run.duration = 40;

@@ -31,6 +31,14 @@ TEST(Certificate, WithoutAConditionSaysThatNothingIsChecked) {
   }
   c.at_most("residual", 0, 1, "");
   EXPECT_TRUE(c.text().ends_with("\n  all conditions hold\n")) << c.text();
+  c.help("of a condition that holds");  // a control
+  for (const char* what : {"it may <drift>", "it creaks"}) {
+    c.report("gain", 2, "a figure");
+    c.help(what);
+  }
+  EXPECT_TRUE(c.text().ends_with("\n  all conditions hold, but it may <drift>; it creaks\n"));
+  EXPECT_NE(c.html().find("hold, but it may &lt;drift&gt;; it creaks</p>"), std::string::npos);
+  EXPECT_TRUE(c.holds());
 }
 
 /// All that fails is named, with what to do; places have the names of the coordinates.

@@ -60,6 +60,9 @@ TEST(ControllerScene, TheShippedSlewPassesItsVerdictAndArrives) {
   const auto s = shipped(folder, "slew");
   const auto r = run_of(s);
   EXPECT_TRUE(r.passed());
+  const auto certificate = scene::assemble(s).certificates.at(0);
+  EXPECT_TRUE(certificate.text().ends_with("  all conditions hold\n")) << "wheels are to turn";
+  EXPECT_TRUE(says(certificate.item("directions without stiffness").text, "wheel_x"));
   EXPECT_NEAR(std::fabs(at_end(s, r, "base.attitude")), 1, 1e-14);  // measured 2e-16
   EXPECT_NEAR(at_end(s, r, "shoulder"), 1, 1e-12);                  // 0
   EXPECT_NEAR(at_end(s, r, "elbow"), -0.5, 1e-12);                  // 0
