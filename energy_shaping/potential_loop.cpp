@@ -7,6 +7,7 @@
 #include <random>
 
 #include "energy_shaping/derivatives.h"
+#include "energy_shaping/detail/potential_help.h"
 #include "energy_shaping/detail/shaped_system.h"
 #include "phs/linear_algebra/linear_algebra.h"
 #include "phs/system/random_state.h"
@@ -146,63 +147,6 @@ phs::Description describe(const mechanics::MechanicalModel& model, const Potenti
   return d;
 }
 
-/// What to do where the Hessian of V_d in q has a negative eigenvalue. K: nq × nq
-std::string help_of_saddle(const mechanics::Mechanism& m, const Parts& p,
-                           const std::vector<double>& K) {
-  const auto nq = size_t(m.nq());
-  const mechanics::JointCoordinates* softest = nullptr;
-  double least = HUGE_VAL;
-  for (const auto& c : m.coordinates()) {
-    if (c.nq != 1) continue;
-    const double own = K[size_t(c.q) * (nq + 1)];
-    if (own < 0 && !p.actuated[size_t(c.v)])  // whatever the others' stiffness
-      return fmt::format(
-          "'{}' stands up there and nothing drives it: choose a rest where it hangs, or a law that "
-          "balances it, as an lqr",
-          c.joint);
-    if (own >= least) continue;
-    least = own;
-    softest = &c;
-  }
-  if (!softest) return "raise the stiffness of the springs";
-  if (p.actuated[size_t(softest->v)])
-    return fmt::format("raise the stiffness at '{}'", softest->joint);
-  return fmt::format(
-      "'{}' is the softest there and nothing drives it: choose a rest where it hangs, or raise the "
-      "stiffness",
-      softest->joint);
-}
-
-/// Whether what nothing drives, nor is to have a spring, hangs at the rest, where constant forces
-/// of the others leave it.
-bool hangs(const mechanics::MechanicalModel& model, const Parts& p, const std::vector<double>& x,
-           double tolerance) {
-  std::vector<double> slope(x.size());
-  model.instantiate<double>()->gradient(x, slope);
-  const auto H = hessian(model, x);
-  double scale = 0;
-  for (size_t i = 0; i < x.size() / 2; ++i)
-    for (size_t j = 0; j < x.size() / 2; ++j)
-      scale = std::max(scale, std::fabs(H[i * x.size() + j]));
-  return std::ranges::none_of(model.mechanism().coordinates(), [&](const auto& c) {
-    const auto here = [&](const auto& spring) { return spring.v == size_t(c.v); };
-    return c.nq == 1 && !p.actuated[size_t(c.v)] && std::ranges::none_of(p.joints, here) &&
-           (std::fabs(slope[size_t(c.q)]) > tolerance * scale ||
-            H[size_t(c.q) * (x.size() + 1)] < -tolerance * scale);
-  });
-}
-
-const char* help_of_unheld(const PotentialShaping& s, const Parts& p, bool hanging) {
-  if (s.constant_compensation)
-    return "choose a rest at which it hangs (that of a scene's joint is its start unless it is "
-           "named, with a target and actuated = false), or drive it";
-  if (!p.compensate) return "drive it, or hold only what the actuators reach";
-  return hanging ? "drive it, or keep the model's gravity and springs (gravity = \"keep\" or "
-                   "\"constant\", in programs compensate = false, constant_compensation = true)"
-                 : "choose a rest at which it hangs, with gravity = \"constant\" (in programs "
-                   "compensate = false, constant_compensation = true), or drive it";
-}
-
 std::vector<double> rest_state(const mechanics::MechanicalModel& m, const PotentialShaping& s) {
   require_size("rest", s.rest.size(), size_t(m.mechanism().nq()));
   auto x = s.rest;
@@ -282,7 +226,7 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
   }
   worst.certify(certificate_, scale, shaping.tolerance,
                 "potential matching, relative, 500 random coordinates",
-                help_of_unheld(shaping, parts_, hanging), at);
+                help_of_unheld(shaping, parts_, m, worst.joint, hanging), at);
   std::vector<double> e(2 * nq);
   s.gradient(rest_, e);
   double slope = 0, stiffness = 1e-300;

@@ -132,9 +132,9 @@ TEST(DesignHelp, SkipsJointsByTheirNames) {
 /// Nothing cancels a spring at a joint without actuator: refused with compensation. Controls: the
 /// spring kept in H_d, no spring, and the same spring wanted there.
 TEST(DesignHelp, ASpringAtASkippedJointIsNotCompensated) {
-  const auto told = [](double spring, bool compensate, double wanted = 0) {
+  const auto told = [](double spring, bool compensate, double wanted = 0, double rest = 0) {
     const auto arm = test::arm(3, 0, 0, spring);
-    auto s = joint_regulation(*arm, {0.1, 0.1, 0}, 3, 0.5, {"joint_2"});
+    auto s = joint_regulation(*arm, {0.1, 0.1, rest}, 3, 0.5, {"joint_2"});
     s.compensate = compensate;
     if (wanted > 0) s.joints.push_back({"joint_2.torque", wanted, 0});
     return refusal([&] {
@@ -155,7 +155,16 @@ TEST(DesignHelp, ASpringAtASkippedJointIsNotCompensated) {
   const auto why = told(2, true);
   EXPECT_NE(why.find("joint 'joint_2' needs a force no actuator provides: drive it"), why.npos)
       << why;
-  EXPECT_NE(why.find("compensate = false"), why.npos) << why;
+  EXPECT_NE(
+      why.find("or keep its spring, 2 (gravity = \"keep\", in programs compensate = false); "),
+      why.npos)
+      << why;
+  const auto beside = told(2, true, 0, 0.3);  // of a rest at which the spring pulls
+  EXPECT_NE(beside.find("choose a rest at which its spring, 2, has no force, with gravity = "
+                        "\"keep\" (in programs compensate = false), or drive it"),
+            why.npos)
+      << beside;
+  EXPECT_EQ((why + beside).find("constant"), why.npos) << "there is no gravity to balance";
   EXPECT_EQ(told(2, false), "");
   EXPECT_EQ(told(0, true), "");
   EXPECT_NE(told(2, true, 1.9), "");
