@@ -48,6 +48,21 @@ struct InertiaWheelDesign {
   }
 };
 
+/// Refuses a plant that somebody else made, most often one of other coordinates.
+void refuse_plant(const Certificate& certificate) {
+  Certificate all(certificate.title());
+  all.name_coordinates(certificate.coordinates());
+  for (CertificateItem item : certificate.items()) {
+    if (item.name.starts_with("matching"))
+      item.help =
+          "the plant is to have the pendulum's angle from upright and the wheel's in the world: "
+          "for a model file a scene's design = \"inertia_wheel\" (C++: inertia_wheel_on), or "
+          "matched_loop";
+    all.add(std::move(item));
+  }
+  refuse_failure(all);
+}
+
 }  // namespace
 
 InertiaWheelPendulum inertia_wheel_gains(InertiaWheelPendulum d, double bandwidth,
@@ -82,11 +97,16 @@ LoopPtr inertia_wheel_pendulum(const InertiaWheelPendulum& d, PlantPtr p,
   need(d.a1 > 0 && d.a1 * d.a3 > d.a2 * d.a2, "a1 > 0 and a1 a3 > a2²", {d.a1, d.a2, d.a3});
   need(d.a1 + d.a2 < 0, "a1 + a2 < 0, or V_d has no minimum at the top", {d.a1, d.a2});
   need(d.k1 > 0, "k1 > 0", {d.k1});
-  if (!p) p = inertia_wheel_plant(d);
   if (!options) options = MatchingOptions{.region = {{-3.2, -20}, {3.2, 20}, 20}};
-  return std::make_shared<MatchedLoop>(p, shaping(InertiaWheelDesign{.d = d}),
-                                       std::vector<std::string>{p->description().ports[0].name},
-                                       std::vector<double>{0, 0}, *options);
+  const bool refuse_here = p && options->refuse;
+  if (refuse_here) options->refuse = false;
+  if (!p) p = inertia_wheel_plant(d);
+  const auto loop =
+      std::make_shared<MatchedLoop>(p, shaping(InertiaWheelDesign{.d = d}),
+                                    std::vector<std::string>{p->description().ports[0].name},
+                                    std::vector<double>{0, 0}, *options);
+  if (refuse_here) refuse_plant(loop->certificate());
+  return loop;
 }
 
 }  // namespace porthos::energy_shaping

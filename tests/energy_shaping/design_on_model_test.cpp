@@ -231,6 +231,25 @@ TEST(DesignOnModel, AnAcrobotAndABallOnABeamComeToRest) {
   EXPECT_LT(std::hypot(y[0], y[1]), 1e-3);
 }
 
+/// As a model file has it the wheel's angle is that against the pendulum. Controls: a plant of the
+/// design's coordinates, and inertia_wheel_on of the same model.
+TEST(DesignOnModel, APlantOfOtherCoordinatesIsToldTheDesigns) {
+  const InertiaWheelPendulum d;
+  const std::string why = words_of([&] { (void)inertia_wheel_pendulum(d, wheel_pendulum(1)); });
+  EXPECT_NE(why.find("the plant is to have the pendulum's angle from upright and the wheel's in "
+                     "the world: for a model file a scene's design = \"inertia_wheel\""),
+            std::string::npos)
+      << why;
+  EXPECT_EQ(words_of([&] { (void)inertia_wheel_pendulum(d, inertia_wheel_plant(d)); }), "");
+  EXPECT_EQ(words_of([] {
+              inertia_wheel_on(wheel_pendulum(1), {"wheel_joint.torque", {0, 0}}, {});
+            }),
+            "");
+  const auto seen = inertia_wheel_pendulum(
+      d, wheel_pendulum(1), MatchingOptions{.region = {{-3, -3}, {3, 3}}, .refuse = false});
+  EXPECT_FALSE(seen->certificate().holds());
+}
+
 TEST(DesignOnModel, RefusesAModelThatIsNotTheDesigns) {
   const auto says = [](auto f, const std::string& part) {
     const auto text = words_of(f);

@@ -171,7 +171,7 @@ TEST(ControllerScene, ATargetThatIsNotStatedIsTheStart) {
 }
 
 /// The lower rod hangs where shoulder and elbow are opposite; it starts beside that rest. Controls:
-/// without its target its rest is its start, where it leans; and it makes neither spring nor damper.
+/// without its target its rest is its start, where it leans; and it makes no spring and no damper.
 TEST(ControllerScene, AJointWithoutActuatorHasARestBesideItsStart) {
   const std::string driven =
       "gravity = \"constant\"\njoints.shoulder = { target = 0.5, stiffness = 60, damping = 9 }\n";
