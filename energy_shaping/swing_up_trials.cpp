@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -35,7 +36,7 @@ struct TriedPlant {
 }  // namespace
 
 SwingUpTrials::Tried SwingUpTrials::outcome(const Settings& s, const Change& change) {
-  auto gains = SwingUpGains::of_bandwidth(1, of_->damping_ratio);
+  auto gains = SwingUpGains::of_bandwidth(s.bandwidth, of_->damping_ratio);
   gains.pump = s.pump;
   gains.margin = s.margin;
   gains.limit = change.limits * of_->gains.limit;
@@ -76,6 +77,13 @@ bool SwingUpTrials::works(const Settings& s, double& at) {
          outcome(s, {.start = -1e-3}).stays;
 }
 
+/// 1 does for most plants; that of a pump which is stated comes before it, that of gains after it.
+std::vector<double> SwingUpTrials::bandwidths() const {
+  const double own = of_->gains.energy == 0 ? std::sqrt(of_->gains.stiffness) : 1;
+  if (own == 1 || own == 0) return {1};
+  return of_->gains.pump > 0 ? std::vector{own, 1.0} : std::vector{1.0, own};
+}
+
 /// The law's own first.
 std::vector<double> SwingUpTrials::pumps() const {
   const double own = of_->gains.pump, least = of_->first_pump > 0 ? of_->first_pump : own / 4;
@@ -104,19 +112,20 @@ std::vector<double> SwingUpTrials::levels() const {
 }
 
 std::vector<SwingUpTrials::Settings> SwingUpTrials::all_settings(
-    const std::vector<double>& at_levels) const {
+    const std::vector<double>& at_bandwidths, const std::vector<double>& at_levels) const {
   std::vector<Settings> all;
-  for (const double level : at_levels)
-    for (const double more : margins)
-      for (const double pump : pumps()) {
-        all.push_back({pump, {}, level});
-        if (more > 0) all.back().margin = two_digits(of_->margin + more * of_->depth);
-      }
+  for (const double bandwidth : at_bandwidths)
+    for (const double level : at_levels)
+      for (const double more : margins)
+        for (const double pump : pumps()) {
+          all.push_back({bandwidth, pump, {}, level});
+          if (more > 0) all.back().margin = two_digits(of_->margin + more * of_->depth);
+        }
   return all;
 }
 
 std::string SwingUpTrials::named(const Settings& s) const {
-  std::string text = fmt::format("pump = {:g}, bandwidth = 1", s.pump);
+  std::string text = fmt::format("pump = {:g}, bandwidth = {:g}", s.pump, s.bandwidth);
   if (s.margin) text += fmt::format(", energy_margin = {:g}", *s.margin);
   if (s.level != basin_.level) text += fmt::format(", level = {:g}", s.level);
   return of_->gains.pump > 0 ? text : text + " in place of its gains";
@@ -126,21 +135,26 @@ std::string SwingUpTrials::words() {
   if (basin_.laws.empty() || pumps().empty()) return "";
   const auto at_levels = levels();
   size_t tried = 0;
-  for (const Settings& s : all_settings(at_levels)) {
-    if (work_ > most_work) break;
-    ++tried;
-    if (double at = 0; works(s, at))
-      return fmt::format("in runs of the mechanism alone {} hands over at {:.2g} s", named(s), at);
+  for (const double bandwidth : bandwidths()) {
+    work_ = 0;
+    for (const Settings& s : all_settings({bandwidth}, at_levels)) {
+      if (work_ > most_work) break;
+      ++tried;
+      if (double at = 0; works(s, at))
+        return fmt::format("in runs of the mechanism alone {} hands over at {:.2g} s", named(s),
+                           at);
+    }
   }
   return of_none(tried, at_levels.front());
 }
 
 /// Whether more time, a higher rate or a larger limit would do.
 std::string SwingUpTrials::of_none(size_t tried, double level) {
+  const auto at_bandwidths = bandwidths();
   const std::string none = fmt::format(
       "in runs of the mechanism alone none of {} settings of pump, energy_margin and level hands "
-      "over and holds with bandwidth = 1, the only one tried",
-      tried);
+      "over and holds with bandwidth = {:g}, the only {} tried",
+      tried, fmt::join(at_bandwidths, " or "), at_bandwidths.size() > 1 ? "ones" : "one");
   struct Help {
     const char* words;
     Change change;
@@ -152,7 +166,7 @@ std::string SwingUpTrials::of_none(size_t tried, double level) {
   for (const Help& help : all) {
     if (help.change.limits > 1 && of_->gains.limit == HUGE_VAL) continue;
     work_ = 0;
-    for (const Settings& s : all_settings({level}))
+    for (const Settings& s : all_settings(at_bandwidths, {level}))
       if (work_ > most_work)
         break;
       else if (outcome(s, help.change).at < HUGE_VAL)

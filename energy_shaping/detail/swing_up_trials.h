@@ -29,7 +29,7 @@ class SwingUpTrials {
 
  private:
   struct Settings {
-    double pump;
+    double bandwidth, pump;
     std::optional<double> margin;  ///< none: the law's own
     double level;
   };
@@ -44,9 +44,11 @@ class SwingUpTrials {
   };
   Tried outcome(const Settings& s, const Change& change);
   bool works(const Settings& s, double& at);
+  std::vector<double> bandwidths() const;
   std::vector<double> pumps() const;
   std::vector<double> levels() const;
-  std::vector<Settings> all_settings(const std::vector<double>& at_levels) const;
+  std::vector<Settings> all_settings(const std::vector<double>& at_bandwidths,
+                                     const std::vector<double>& at_levels) const;
   std::string named(const Settings& s) const;
   std::string of_none(size_t tried, double level);
 

@@ -278,6 +278,17 @@ TEST(SwingUpScene, TheSettingsOfTheNoteHandOver) {
     }
 }
 
+/// The bandwidth of a scene with a pump is tried first, and that of the note does it. Control: the
+/// test before, where it is 1.
+TEST(SwingUpScene, TheNoteKeepsTheBandwidthThatIsStated) {
+  TemporaryFolder folder;
+  const auto low = run_of(without_friction(folder, 500, "bandwidth = 1.5\npump = 3.3\n"));
+  EXPECT_FALSE(low.passed());
+  const std::string named = settings_in(handover_of(low));
+  EXPECT_TRUE(has(named, "bandwidth = 1.5\n")) << handover_of(low);
+  EXPECT_TRUE(run_of(without_friction(folder, 500, named)).passed()) << named;
+}
+
 /// Where none does in the duration, the note says what is missing, here time. Control: with that it
 /// hands over.
 TEST(SwingUpScene, WhereNoSettingsDoTheNoteSaysWhatIsMissing) {
@@ -288,6 +299,10 @@ TEST(SwingUpScene, WhereNoSettingsDoTheNoteSaysWhatIsMissing) {
   EXPECT_TRUE(has(note,
                   "settings of pump, energy_margin and level hands over and holds with "
                   "bandwidth = 1, the only one tried"));
+  auto stated = without_friction(folder, 100, "bandwidth = 3\npump = 3.3\n");
+  stated.duration = brief.duration;
+  EXPECT_TRUE(has(handover_of(run_of(stated)),
+                  "hands over and holds with bandwidth = 3 or 1, the only ones tried"));
   const auto named = settings_in(note, "in three times the duration ", " reaches the level");
   auto longer = without_friction(folder, 100, named);
   longer.duration = 3 * brief.duration;
