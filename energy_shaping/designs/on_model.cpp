@@ -79,6 +79,17 @@ class TwoJoints {
           design, c[d].joint, c[o].joint,
           180 / pi * std::atan2(sine, std::fabs(mechanics::dot(a, b)))));
   }
+  /// Gravity of an unbalanced wheel is none of the design's. m3: the torque of the pendulum's
+  /// @throws InvalidArgument naming the likely cause
+  void balanced(const char* design, double m3) {
+    const double pull = 0.5 * std::hypot(V(0, 0) - V(0, pi), V(0, pi / 2) - V(0, -pi / 2));
+    if (pull > 1e-9 * m3)  // the comparison of the motions sees less
+      throw InvalidArgument(fmt::format(
+          "design '{}' does not apply: gravity pulls at '{}' by up to {:.4g} N m; likely cause: "
+          "the "
+          "wheel's centre of mass is off its axis; balance it in the model, or take an lqr",
+          design, m_.coordinates()[d].joint, pull));
+  }
   double gravity() const { return mechanics::norm(m_.gravity()); }
 
   size_t d, o;
@@ -149,6 +160,7 @@ DesignOnModel wheel_on(const ModelPtr& model, const DesignJoints& joints, Gains 
   w.I2 = j.M(j.d, j.d);
   w.I1 = j.M(j.o, j.o) - w.I2;
   w.m3 = j.upright("inertia-wheel pendulum");
+  j.balanced("inertia-wheel pendulum", w.m3);
   auto map = ordered(j, 1, j.M(j.o, j.d) < 0 ? -1 : 1);
   map.A[1][j.o] = 1;  // the wheel's angle in the world
   map.scale = map.A[1][j.d];

@@ -54,10 +54,11 @@ ModelPtr acrobot_of_two_rods() {
              link("lower", "upper", "revolute", {0, 1, 0}, {0, 0, -1}, 1, {0, 0, -2}, 4 / 3.0));
 }
 /// I1 = 0.1, I2 = 0.2, m3 = 10; the wheel turns about the pivot, with or against the pendulum.
-ModelPtr wheel_pendulum(double axis) {
+/// off: its centre of mass from its axis [m]
+ModelPtr wheel_pendulum(double axis, double off = 0) {
   return two(10,
              link("pendulum", "world", "revolute", {0, 1, 0}, {0, 0, 0}, 20, {0, 0, 0.05}, 0.05),
-             link("wheel", "pendulum", "revolute", {0, axis, 0}, {0, 0, 0}, 3, {0, 0, 0}, 0.2));
+             link("wheel", "pendulum", "revolute", {0, axis, 0}, {0, 0, 0}, 3, {off, 0, 0}, 0.2));
 }
 /// A beam of moment of inertia m L² with L = 1 and a ball of mass m on it.
 ModelPtr beam(double offset = 0) {
@@ -291,6 +292,17 @@ TEST(DesignOnModel, RefusesAModelThatIsNotTheDesigns) {
         inertia_wheel_on(wheel_pendulum(1), {"wheel_joint.torque", {pi, 0}}, {});
       },
       "'pendulum_joint' hangs at its target");
+  // A wheel whose centre of mass is 1 mm off its axis: 3 kg · 10 m/s² · 1 mm. Control: none.
+  const auto unbalanced = [](double off) {
+    return words_of([&] {
+      inertia_wheel_on(wheel_pendulum(1, off), {"wheel_joint.torque", {0, 0}}, {});
+    });
+  };
+  EXPECT_EQ(unbalanced(0.001),
+            "design 'inertia-wheel pendulum' does not apply: gravity pulls at 'wheel_joint' by up "
+            "to 0.03 N m; likely cause: the wheel's centre of mass is off its axis; balance it in "
+            "the model, or take an lqr");
+  EXPECT_EQ(unbalanced(0), "");
   // A rotary pendulum is no wheel pendulum. Control: AnInertiaWheelSwingsUpAsTheReferenceRun.
   const auto rotary =
       two(10, link("arm", "world", "revolute", {0, 0, 1}, {0, 0, 0}, 0.3, {0.1, 0, 0}, 0.001),
