@@ -11,6 +11,8 @@ from typing import Any, List, NamedTuple, Optional
 _words = {"str": "a text", "int": "a whole number", "float": "a number", "bool": "True or False", "None": "None", "function": "a function",
           "buffer": "an array", "dict": "a dict", "Dict": "a dict", "list": "a list", "tuple": "a tuple", "Tuple": "a tuple", "Callable": "a function", "os.PathLike": "a path", "Path": "a path"}
 _many = {"str": "texts", "int": "whole numbers", "float": "numbers"}
+# What a type that does not fit has in place of the function.
+_instead = {("certify", "Lqr"): "; an Lqr has falling_level() and certify_sampled()"}
 
 
 class _Parameter(NamedTuple):
@@ -41,7 +43,8 @@ def sentence(function: str, text: str, arguments: tuple, keywords: dict) -> str:
     same = [f for f in found if len(f) == len(fewest) and f[0][0] == fewest[0][0]]
     told, _ = fewest[0]
     wanted = list(dict.fromkeys(f[0][1] for f in same))
-    return f"{function}(): {told}, expected {' or '.join(wanted)}"
+    instead = [_instead.get((function, type(a).__name__), "") for a in [*arguments, *keywords.values()]]
+    return f"{function}(): {told}, expected {' or '.join(wanted)}{''.join(instead)}"
 
 
 def tell_place(error: Exception, who: str, t: float) -> None:

@@ -124,6 +124,17 @@ def test_swing_up_and_balance_move_as_the_scene_does(furuta, source, tmp_path):
     assert np.abs(np.abs(other["state/swing"][-2000:]) - np.pi).max() > 0.1 > np.abs(np.abs(run["state/swing"][-100:]) - np.pi).max()
 
 
+def test_certify_of_an_lqr_names_its_own_checks(furuta):
+    balance = es.Lqr(furuta, ["turn.torque"], [0, pi], position=[0.3, 1], rate=[0.01, 0.01], effort=[100])
+    hint = "; an Lqr has falling_level() and certify_sampled()"
+    with pytest.raises(TypeError) as told:
+        es.certify(balance, lower=[-1, -1], upper=[1, 1])
+    assert str(told.value) == "certify(): 'loop' is of the type Lqr, expected ClosedLoop" + hint
+    with pytest.raises(TypeError) as told:  # control: of other types
+        es.certify(furuta, lower=[-1, -1], upper=[1, 1])
+    assert "'loop' is" in str(told.value) and hint not in str(told.value)
+
+
 def test_what_a_swing_up_needs_is_told(furuta):
     up = [0, np.pi]
     refused(lambda: es.swing_up(furuta, "turn.torque", up), "neither bandwidth nor energy is given")
