@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "energy_shaping/closed_loop.h"
 #include "mechanics/crba.h"
 #include "phs/linear_algebra/linear_algebra.h"
 #include "phs/scalars/derivative.h"
@@ -126,6 +127,32 @@ LinearPlant linear_plant_in_rates(const mechanics::MechanicalModel& plant,
   LinearPlant rates{out * of.A * in, out * of.B};
   add_change_of_inertia(plant, x, u, out, rates.A);
   return rates;
+}
+
+std::string unbalanced(const mechanics::MechanicalModel& plant, std::span<const double> q,
+                       std::span<const double> u) {
+  const auto& m = plant.mechanism();
+  std::vector<double> x(q.begin(), q.end()), in(u.begin(), u.end()), dx(2 * q.size());
+  x.resize(dx.size(), 0.0);
+  const LinearPlant of = linear_plant(plant, x, u);
+  in.resize(size_t(of.B.cols));
+  plant.instantiate<double>()->field(0.0, x, in, dx);
+  const double weight = m.total_mass() * mechanics::norm(m.gravity());  // on an arm of 1 m
+  UnheldForce left;
+  for (const auto& c : m.coordinates()) {
+    const int row = m.nq() + c.v;
+    double terms = weight;
+    for (int j = 0; j < m.nq(); ++j)
+      terms += std::fabs(of.A(row, j)) * std::fmax(1, std::fabs(x[size_t(j)]));
+    for (int k = 0; k < of.B.cols; ++k) terms += std::fabs(of.B(row, k) * in[size_t(k)]);
+    if (const double force = dx[size_t(row)]; !(std::fabs(force) <= 1e-9 * terms))
+      left.take(force, c.joint);
+  }
+  if (left.joint.empty()) return "";
+  return fmt::format(
+      "the state is no equilibrium: a force or torque of {:.3g} is left at '{}'; A and B are of a "
+      "motion there, and their eigenvalues tell nothing of stability",
+      left.size, left.joint);
 }
 
 HeldLoop held_loop(const phs::Model& plant, const std::vector<PortLaw>& laws,

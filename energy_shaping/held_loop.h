@@ -1,5 +1,6 @@
 #pragma once
 #include <span>
+#include <string>
 #include <vector>
 
 #include "energy_shaping/certificate.h"
@@ -28,6 +29,11 @@ LinearPlant linear_plant(const phs::Model& plant, std::span<const double> x,
 /// @throws InvalidArgument also for joints of several degrees of freedom
 LinearPlant linear_plant_in_rates(const mechanics::MechanicalModel& plant,
                                   std::span<const double> q, std::span<const double> u = {});
+
+/// A sentence where a mechanism at rest at q accelerates, by more than 1e-9 of what its terms come
+/// to: gravity, springs, and u, of all its inputs; empty: it stays. Of joints as above.
+std::string unbalanced(const mechanics::MechanicalModel& plant, std::span<const double> q,
+                       std::span<const double> u = {});
 
 /// x' = A x + B u under u = -K x, which a sampled controller holds over its periods.
 struct HeldLoop {

@@ -238,6 +238,9 @@ void bind_mechanism_laws(py::module_& core) {
         const es::LinearPlant of =
             rates ? es::linear_plant_in_rates(*mechanism, std::span(at).first(n), in)
                   : es::linear_plant(*model, at, in);
+        const std::string odd = rates ? es::unbalanced(*mechanism, std::span(at).first(n), in) : "";
+        if (!odd.empty() && PyErr_WarnEx(PyExc_UserWarning, ("linearise: " + odd).c_str(), 1) != 0)
+          throw py::error_already_set();
         const auto array = [](const phs::Matrix& M) {
           return as_array(M.a, Shape{py::ssize_t(M.rows), py::ssize_t(M.cols)});
         };
@@ -248,8 +251,8 @@ void bind_mechanism_laws(py::module_& core) {
 
 model: any without closed loops, a mechanism or a network; springs and dampers of joints and elements are part of it. x: the
 state, (nx,), of a mechanism (q, p), as model.state(q, v) makes it; u: the inputs there, (nu,), None: 0. rates: of a
-MechanicalModel at rest, in (q, q') in place of (q, p). Raises InvalidArgument for other numbers, for closed loops and sampled laws, and with rates
-for a state that moves, joints of several degrees of freedom, and other models.)");
+MechanicalModel at rest, in (q, q') in place of (q, p); a warning tells where it is no equilibrium. Raises InvalidArgument for other
+numbers, for closed loops and sampled laws, and with rates for a state that moves, joints of several degrees of freedom, and other models.)");
   py::module_ m = core.attr("energy_shaping");
   bind_numerical_matching(m);
   bind_numerical_gains(m);

@@ -288,6 +288,11 @@ TEST(LinearPlant, IsThatOfThePendulumInMomentaAndRates) {
   EXPECT_NEAR(in_rates.B(1, 0), 1 / I, 1e-14);
   EXPECT_NEAR(in_momenta.B(1, 0), 1, 1e-14);
   EXPECT_EQ(in_rates.B(0, 0), 0);
+  // An equilibrium by u*, and the upright to the rounding of π; not without u*.
+  EXPECT_EQ(unbalanced(*model, q, u) + unbalanced(*model, std::vector{pi}), "");
+  const std::string left = unbalanced(*model, q);
+  EXPECT_EQ(left.rfind("the state is no equilibrium: a force or torque of 1.95 is left at '", 0), 0)
+      << left;
   // A joint of several degrees of freedom has no rates of its coordinates alone.
   EXPECT_NE(words_of([&] {
               (void)linear_plant_in_rates(*test::free_body(), std::vector<double>(7));

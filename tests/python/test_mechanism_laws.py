@@ -1,5 +1,6 @@
 """Laws designed for mechanisms made in Python: matching by formulas and by quadratures, swing-up and balance."""
 
+import warnings
 from math import pi
 
 import numpy as np
@@ -163,6 +164,16 @@ def test_a_linearisation_in_rates_is_that_of_forward_dynamics(furuta):
     es.Lqr(furuta, ["turn.torque"], [0, pi], position=[0.3, 1], rate=[0.01, 0.01], effort=[100]).control(held, "law", "arm", period=0.01)
     held = held.build()
     refused(lambda: ph.linearise(held, furuta.state(q, none)), "takes no sampled law, and 'law' is one")
+
+
+def test_a_linearisation_in_rates_beside_an_equilibrium_warns(furuta):
+    none = [0, 0]
+    with pytest.warns(UserWarning, match="linearise: the state is no equilibrium: a force or torque of .* is left at 'swing'"):
+        ph.linearise(furuta, furuta.state([0, pi - 0.3], none), rates=True)
+    with warnings.catch_warnings():  # controls: at rest, and of momenta, whose A is that of any state
+        warnings.simplefilter("error")
+        ph.linearise(furuta, furuta.state([0.4, pi], none), rates=True)
+        ph.linearise(furuta, furuta.state([0, pi - 0.3], none))
 
 
 def test_gains_of_a_numerical_matching_by_bandwidth(furuta):
