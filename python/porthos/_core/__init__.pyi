@@ -2104,7 +2104,7 @@ def linearise(model: Model, x: Any, u: Any = None, *, rates: bool = False) -> tu
 
     model: any without closed loops, a mechanism or a network; springs and dampers of joints and elements are part of it. x: the
     state, (nx,), of a mechanism (q, p), as model.state(q, v) makes it; u: the inputs there, (nu,), None: 0. rates: of a
-    MechanicalModel at rest, in (q, q') in place of (q, p). Raises InvalidArgument for other numbers, for closed loops and sampled laws, and with rates
-    for a state that moves, joints of several degrees of freedom, and other models.
+    MechanicalModel at rest, in (q, q') in place of (q, p); a warning tells where it is no equilibrium. Raises InvalidArgument for other
+    numbers, for closed loops and sampled laws, and with rates for a state that moves, joints of several degrees of freedom, and other models.
     """
     ...
