@@ -8,10 +8,9 @@
 #include <limits>
 
 #include "energy_shaping/derivatives.h"
-#include "energy_shaping/detail/region.h"
+#include "energy_shaping/detail/held_offset.h"
 #include "energy_shaping/held_loop.h"
 #include "energy_shaping/port_law.h"
-#include "phs/linear_algebra/linear_algebra.h"
 
 namespace porthos::energy_shaping {
 namespace {
@@ -23,56 +22,6 @@ double distance(const ClosedLoop& loop, const Vec& x) {
   for (size_t i = 0; i < x.size(); ++i) d = std::max(d, std::fabs(x[i] - loop.rest()[i]));
   return d;
 }
-
-/// What the offset of a state from the rest point costs by H_d's Hessian there, ½ δqᵀ K δq [J]. At
-/// another minimum of H_d it is not small, as H_d is. A coordinate without stiffness adds nothing,
-/// and neither do full turns of an angle where H_d repeats. 0 too where H_d says no more: of
-/// quaternions, and where directions without stiffness are no coordinates, so that they may bend.
-class HeldOffset {
- public:
-  explicit HeldOffset(const ClosedLoop& loop)
-      : loop_(loop), system_(loop.instantiate<double>()), n_(loop.rest().size() / 2) {
-    if (has_quaternions(loop)) return;
-    K_ = hessian(loop, loop.rest());
-    double stiffest = 0;
-    for (size_t i = 0; i < n_; ++i) stiffest = std::max(stiffest, K(i, i));
-    for (size_t i = 0; i < n_; ++i)
-      if (K(i, i) > 1e-12 * stiffest) held_.push_back(i);
-    Vec scaled;
-    for (const size_t i : held_)
-      for (const size_t j : held_) scaled.push_back(K(i, j) / std::sqrt(K(i, i) * K(j, j)));
-    if (held_.empty() || phs::symmetric_eigenvalues(held_.size(), scaled)[0] < 1e-9) held_.clear();
-  }
-  double operator()(const Vec& x) {
-    if (held_.empty()) return 0;
-    Vec d(n_);
-    for (const size_t i : held_) d[i] = x[i] - loop_.rest()[i];
-    for (const auto& b : loop_.plant().description().blocks)
-      if (b.kind == phs::BlockKind::angle && size_t(b.at) < n_) d[size_t(b.at)] -= turns(b, d);
-    double sum = 0;
-    for (const size_t i : held_)
-      for (const size_t j : held_) sum += 0.5 * d[i] * K(i, j) * d[j];
-    return sum;
-  }
-
- private:
-  double K(size_t i, size_t j) const { return K_[i * loop_.rest().size() + j]; }
-  /// The full turns in an offset, or 0 where H_d is another after them.
-  double turns(const phs::Block& b, const Vec& d) const {
-    const auto i = size_t(b.at);
-    const double turn = 2 * std::acos(-1.0), whole = turn * std::round(d[i] / turn);
-    Vec x = loop_.rest();
-    const double rest = system_->hamiltonian(x);
-    x[i] += whole;
-    return system_->hamiltonian(x) - rest < 1e-9 * K(i, i) ? whole : 0;
-  }
-
-  const ClosedLoop& loop_;
-  std::unique_ptr<phs::System<double>> system_;
-  size_t n_;
-  Vec K_;
-  std::vector<size_t> held_;
-};
 
 }  // namespace
 
@@ -102,12 +51,11 @@ std::string of_start(const CertifyOptions& o, size_t s) {
 void certify_runs(const ClosedLoop& loop, const CertifyOptions& o, double limited_from,
                   Certificate& c) {
   const double rest = loop.instantiate<double>()->hamiltonian(loop.rest());
-  HeldOffset offset(loop);
-  // Near the rest point both energies are alike; ten times leaves room for a V_d that is not
-  // quadratic, and a part of the start for rounding.
+  const auto system = loop.instantiate<double>();
+  HeldOffset offset(loop, *system, hessian(loop, loop.rest()));
   const auto elsewhere = [&](const Run& r) {
     const double left = std::fabs(r.H.back() - rest), begun = std::fabs(r.H.front() - rest);
-    return r.finished && left <= o.settled * begun && offset(r.x.back()) > 10 * left + 1e-6 * begun;
+    return r.finished && left <= o.settled * begun && offset.elsewhere(r.x.back(), left, begun);
   };
   const auto settled = [&](const Run& r) {
     return r.finished &&

@@ -19,14 +19,20 @@ std::vector<double> by_duals(std::span<const double> x, F f) {
 
 }  // namespace
 
+std::vector<double> field_jacobian(phs::System<phs::Dual>& s, std::span<const double> x) {
+  return by_duals(x, [&](const auto& at, auto& out) { s.field(0.0, at, {}, out); });
+}
+
+std::vector<double> hessian(phs::System<phs::Dual>& s, std::span<const double> x) {
+  return by_duals(x, [&](const auto& at, auto& out) { s.gradient(at, out); });
+}
+
 std::vector<double> field_jacobian(const phs::Model& model, std::span<const double> x) {
-  const auto s = model.instantiate<phs::Dual>();
-  return by_duals(x, [&](const auto& at, auto& out) { s->field(0.0, at, {}, out); });
+  return field_jacobian(*model.instantiate<phs::Dual>(), x);
 }
 
 std::vector<double> hessian(const phs::Model& model, std::span<const double> x) {
-  const auto s = model.instantiate<phs::Dual>();
-  return by_duals(x, [&](const auto& at, auto& out) { s->gradient(at, out); });
+  return hessian(*model.instantiate<phs::Dual>(), x);
 }
 
 }  // namespace porthos::energy_shaping

@@ -8,11 +8,14 @@
 #include <cmath>
 #include <thread>
 
+#include "energy_shaping/derivatives.h"
+#include "energy_shaping/detail/held_offset.h"
 #include "energy_shaping/run.h"
 #include "energy_shaping/runge_kutta.h"
 #include "mechanics/crba.h"
 #include "phs/error.h"
 #include "phs/linear_algebra/dense.h"
+#include "phs/linear_algebra/linear_algebra.h"
 #include "phs/nearest.h"
 
 namespace porthos::energy_shaping {
@@ -21,6 +24,32 @@ namespace {
 using phs::Pack8;
 using Lanes = std::vector<Pack8>;
 
+/// The loop with the gains of one run.
+class OneLoop {
+ public:
+  explicit OneLoop(const ClosedLoop& loop)
+      : loop_(loop), plain_(loop.loop<double>()), dual_(loop.loop<phs::Dual>()) {}
+  void take(const std::vector<double>& gains) {
+    std::ranges::copy(gains, plain_->gains().begin());
+    for (size_t i = 0; i < gains.size(); ++i) dual_->gains()[i] = phs::Dual(gains[i]);
+  }
+  /// The largest |eigenvalue| of the field's Jacobian [1/s].
+  double fastest(const std::vector<double>& x) {
+    double most = 0;
+    for (const auto& each : phs::spectrum(x.size(), field_jacobian(*dual_, x)).rest)
+      most = std::max(most, std::abs(each));
+    return most;
+  }
+  bool elsewhere(const std::vector<double>& x, double left, double begun) {
+    return HeldOffset(loop_, *plain_, hessian(*dual_, loop_.rest())).elsewhere(x, left, begun);
+  }
+
+ private:
+  const ClosedLoop& loop_;
+  std::unique_ptr<LoopSystem<double>> plain_;
+  std::unique_ptr<LoopSystem<phs::Dual>> dual_;
+};
+
 /// Eight runs.
 class Runs {
  public:
@@ -28,6 +57,7 @@ class Runs {
       : loop_(loop),
         o_(o),
         system_(loop.loop<Pack8>()),
+        one_loop_(loop),
         n_(o.start.size()),
         x_(n_),
         u_(size_t(loop.plant().description().nu)),
@@ -35,13 +65,16 @@ class Runs {
         one_(n_),
         kutta_(n_) {}
 
-  void run(const std::vector<std::vector<double>>& gains, size_t first,
-           std::vector<SweepResult>& results) {
+  /// of_rows: parts_of_step()
+  void run(const std::vector<std::vector<double>>& gains, const std::vector<std::int64_t>& of_rows,
+           size_t first, std::vector<SweepResult>& results) {
     const size_t lanes = std::min<size_t>(8, gains.size() - first);
     const auto k = system_->gains();
     for (size_t l = 0; l < 8; ++l)  // a lane without a run repeats the last
       for (size_t i = 0; i < k.size(); ++i)
         k[i].set(int(l), gains[first + std::min(l, lanes - 1)][i]);
+    const std::int64_t parts =
+        *std::max_element(of_rows.begin() + long(first), of_rows.begin() + long(first + lanes));
     Lanes at_rest(n_);
     for (size_t i = 0; i < n_; ++i) {
       at_rest[i] = Pack8(loop_.rest()[i]);
@@ -55,8 +88,10 @@ class Runs {
     std::fill_n(defined, 8, true);
     for (std::int64_t s = 0; s < steps; ++s) {
       still(lanes, defined);
-      inputs(peak);
-      step();
+      for (std::int64_t part = 0; part < parts; ++part) {
+        inputs(peak);
+        step(o_.step / double(parts));
+      }
       energy = system_->hamiltonian(x_) - rest;
       const auto unsettled = !(energy <= Pack8(o_.settled) * first_energy);
       settling = select(unsettled, Pack8(double(s + 1) * o_.step), settling);
@@ -73,9 +108,15 @@ class Runs {
       r.peak = peak[lane];
       r.max_excursion = excursion[lane];
       r.defined = defined[l];
-      r.settling = r.finite && r.defined && settling[lane] < o_.duration - 0.5 * o_.step
-                       ? settling[lane]
-                       : HUGE_VAL;
+      const bool down = r.finite && r.residual <= o_.settled;
+      if (down && r.defined) {
+        one_loop_.take(r.gains);
+        for (size_t i = 0; i < n_; ++i) one_[i] = x_[i][lane];
+        r.elsewhere = one_loop_.elsewhere(one_, energy[lane], first_energy[lane]);
+      }
+      const bool settles = down && r.defined && !r.elsewhere;
+      r.settling =
+          settles && settling[lane] < o_.duration - 0.5 * o_.step ? settling[lane] : HUGE_VAL;
     }
   }
 
@@ -102,8 +143,8 @@ class Runs {
       u_[a] = given;
     }
   }
-  void step() {
-    kutta_.step(o_.step, x_, [&](const Lanes& x, Lanes& dx) {
+  void step(double h) {
+    kutta_.step(h, x_, [&](const Lanes& x, Lanes& dx) {
       if (o_.limits.empty()) return system_->field(Pack8(0.0), x, {}, dx);
       system_->law(Pack8(0.0), x, u_);
       limit();
@@ -114,11 +155,35 @@ class Runs {
   const ClosedLoop& loop_;
   const SweepOptions& o_;
   std::unique_ptr<LoopSystem<Pack8>> system_;
+  OneLoop one_loop_;
   size_t n_;
   Lanes x_, u_, less_;
   std::vector<double> one_;
   RungeKutta<Pack8> kutta_;
 };
+
+/// In how many parts a step is taken with each row of gains, so that the fastest motion of the
+/// linearised loop moves by no more than itself in each: an explicit method explodes beyond 2.8
+/// times.
+std::vector<std::int64_t> parts_of_step(const ClosedLoop& loop,
+                                        const std::vector<std::vector<double>>& gains,
+                                        const SweepOptions& o) {
+  constexpr double most = 1000;
+  OneLoop one(loop);
+  std::vector<std::int64_t> parts;
+  for (const auto& row : gains) {
+    one.take(row);
+    const double fastest = std::max(one.fastest(loop.rest()), one.fastest(o.start));
+    if (fastest * o.step > most)
+      throw InvalidArgument(fmt::format(
+          "gains {::.4g} make a motion of {:.2g} rad/s, expected steps of at most {:.1g} s for it, "
+          "not {:g} s",
+          row, fastest, most / fastest, o.step));
+    const double each = std::isfinite(fastest) ? std::ceil(fastest * o.step) : 1;
+    parts.push_back(std::max<std::int64_t>(1, std::int64_t(each)));
+  }
+  return parts;
+}
 
 }  // namespace
 
@@ -134,10 +199,12 @@ std::vector<SweepResult> sweep(const ClosedLoop& loop,
   if (!(o.step > 0) || !(o.duration > 0))
     throw InvalidArgument("a sweep needs a step and a duration > 0");
   std::vector<SweepResult> results(gains.size());
+  const auto parts = parts_of_step(loop, gains, o);
   std::atomic<size_t> next{0};
   const auto work = [&] {
     Runs runs(loop, o);
-    for (size_t first; (first = next.fetch_add(8)) < gains.size();) runs.run(gains, first, results);
+    for (size_t first; (first = next.fetch_add(8)) < gains.size();)
+      runs.run(gains, parts, first, results);
   };
   const int threads =
       o.threads > 0 ? o.threads : std::max(1, int(std::thread::hardware_concurrency()));

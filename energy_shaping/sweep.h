@@ -11,20 +11,22 @@ namespace porthos::energy_shaping {
 /// One run of a sweep.
 struct SweepResult {
   std::vector<double> gains;
-  /// Time after which H_d - H_d(rest) stays below `settled` of its start [s]. inf: never, or not
-  /// `defined`.
+  /// Time after which H_d - H_d(rest) stays below `settled` of its start [s]. inf: never, not
+  /// `defined`, or `elsewhere`.
   double settling = 0;
   double peak = 0;           ///< largest |u| [N m | N]
   double residual = 0;       ///< (H_d - H_d(rest)) / its start, at the end
   double max_excursion = 0;  ///< largest |q_i - q_i*|
   bool finite = true;
-  bool defined = true;  ///< false: the run left where the law is meant (ClosedLoop::hindrance)
+  bool defined = true;     ///< false: the run left where the law is meant (ClosedLoop::hindrance)
+  bool elsewhere = false;  ///< H_d came down at another minimum, as a full turn away
 };
 
 /// What a sweep of gains runs, and how the runs are judged.
 struct SweepOptions {
   std::vector<double> start;  ///< the state each run starts from
-  double duration = 20, step = 0.01;
+  double duration = 20;
+  double step = 0.01;  ///< [s]; taken in parts where the linearised loop is faster
   double settled = 1e-2;
   int threads = 0;                  ///< 0: as many as the machine has
   std::vector<double> limits = {};  ///< as RunOptions: of the torques in each run
@@ -34,7 +36,7 @@ struct SweepOptions {
 /// lanes at a time. The energy H_d of each run is that of its own gains. Results are in the order
 /// of `gains` and the same for any number of threads.
 /// @throws InvalidArgument for a loop without gains (ClosedLoop::gain_names), rows of the wrong
-///   size, and limits that do not fit the loop
+///   size, limits that do not fit the loop, and gains that would need a thousandth of the step
 std::vector<SweepResult> sweep(const ClosedLoop& loop,
                                const std::vector<std::vector<double>>& gains,
                                const SweepOptions& options);

@@ -51,21 +51,20 @@ std::array<Closing, 3> closing(const Latch& l, const Instant& now) {
            {"relative rate", "rad/s", w_LB_W, l.rate}}};
 }
 
-/// All limits that are exceeded; of a single one the direction too.
+/// All limits that are exceeded, and the direction of the first.
 std::string beyond(const Latch& l, const Instant& now) {
-  std::string all, direction;
-  for (const Closing& c : closing(l, now)) {
+  const auto all = closing(l, now);
+  std::string told, direction;
+  for (const Closing& c : all) {
     if (c.value <= c.limit) continue;
-    direction = all.empty() ? "; from link to body it is (" + text(double(c.of[0])) + ", " +
-                                  text(double(c.of[1])) + ", " + text(double(c.of[2])) + ") " +
-                                  c.unit + " along the world's axes"
-                            : "";
-    all += std::string(all.empty() ? "the " : "; the ") + c.what + " is " + text(c.value) + " " +
-           c.unit + ", expected at most " + text(c.limit) + " " + c.unit;
+    if (told.empty())
+      direction = text(double(c.of[0])) + ", " + text(double(c.of[1])) + ", " +
+                  text(double(c.of[2])) + ") " + c.unit + " in the world's axes";
+    told += std::string(told.empty() ? "the " : "; the ") + c.what + " is " + text(c.value) + " " +
+            c.unit + ", expected at most " + text(c.limit) + " " + c.unit;
   }
-  if (all.empty()) return "";
-  return all + (direction.empty() ? ", the limits of the latch" : ", the limit of the latch") +
-         direction;
+  if (told.empty()) return "";
+  return told + ", by the latch; from link to body (" + direction;
 }
 
 void check(const Latch& l, const Instant& now, const std::string& event) {

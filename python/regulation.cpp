@@ -217,7 +217,9 @@ void bind_sweep(py::module_& m) {
       .def_readonly("finite", &es::SweepResult::finite)
       .def_readonly("defined", &es::SweepResult::defined,
                     "False: the run left where the law is meant (half_width of "
-                    "numerical_matching).");
+                    "numerical_matching).")
+      .def_readonly("elsewhere", &es::SweepResult::elsewhere,
+                    "True: H_d came down at another minimum, as a full turn away.");
   m.def(
       "sweep",
       [](const es::ClosedLoop& loop, const std::vector<Numbers>& gains, Numbers start,

@@ -6,6 +6,7 @@
 
 #include "phs/functions/smoothing.h"
 #include "phs/functions/spline.h"
+#include "vsa/detail/table_remark.h"
 #include "vsa/elastic-inl.h"
 
 namespace porthos::vsa {
@@ -134,10 +135,8 @@ Measurements smooth(const Measurements& measured, const TorqueErrors& errors) {
 void check_stiffness(const Measurements& m, const TorqueErrors& errors) {
   const std::string advice =
       !errors.any() ? "smoothing [N m] takes out noise, of a hysteresis loop half its width"
-      : m.with_loop > 0
-          ? fmt::format(
-                "with half the loop of loading and unloading the errors are {:.3g} N m, state that",
-                m.with_loop)
+      : m.errors_to_state > 0
+          ? "state " + errors_text(errors, m.errors_to_state)
           : "state the errors of the torques (of a hysteresis loop half its width)";
   for (size_t j = 0; j < m.sigma.size(); ++j) {
     const Spline row = Splines{m}.row(m.torque, j);

@@ -34,7 +34,7 @@ struct Measurements {
   std::vector<double> stiffness;   ///< ∂²E/∂φ² [N m/rad], or empty
   std::vector<double> sigma_effort;  ///< ∂E/∂σ, or empty: E(0, σ) is then 0
   bool without_errors = false;       ///< the torques are smoothed already
-  double with_loop = 0;     ///< noise and half of a hysteresis loop, at the worst σ; 0: none [N m]
+  double errors_to_state = 0;        ///< in place of those that are too small; 0: none or not known
   double one_setting = 0;   ///< settings of σ that differ by less were taken as one, by their mean
   std::string remark = {};  ///< what is odd about it, a sentence for people; empty: nothing
   std::vector<MeasuredTorque> rows = {};  ///< of the file, in its order; empty: not from a file

@@ -146,11 +146,11 @@ Measurements gridded(const Rows& rows, const TorqueErrors& errors, const std::st
   for (size_t i = 0; i < n; ++i)
     m.deflection.push_back(i + 1 == n ? to : from + (to - from) * double(i) / double(n - 1));
   for (const auto& [sigma, c] : curves) {
-    m.with_loop = std::max(m.with_loop, scatter_with_loop(c));
     const phs::Spline f(c.x, phs::smoothed(c.x, c.y, errors.of(c.y, c.of_rows)),
                         phs::Spline::Outside::linear, "tabulated");
     for (const double x : m.deflection) m.torque.push_back(f.value(x));
   }
+  m.errors_to_state = errors_to_state(curves, errors);
   m.remark = remark_on(m, curves, errors, path);
   return m;
 }
@@ -225,8 +225,8 @@ Measurements parse_measurements(const std::string& text, const std::string& path
       const auto from = m->torque.begin() + long(j * m->deflection.size());
       auto& c = curves[m->sigma[j]] = {m->deflection, {from, from + long(m->deflection.size())}};
       for (const double x : c.x) c.way.push_back(rows[{m->sigma[j], x}][0][5]);
-      m->with_loop = std::max(m->with_loop, scatter_with_loop(c));
     }
+    m->errors_to_state = errors_to_state(curves, errors);
     m->rows = std::move(as_measured);
     m->remark = with_ignored(remark_on(*m, curves, errors, path), ignored, path);
     return *m;

@@ -49,18 +49,41 @@ double scatter_of(const MeasuredCurve& c, const std::vector<double>& s, double h
   return std::hypot(phs::scatter(c.x, without, s), std::sqrt(loop));
 }
 
-/// What to state in place of errors too large, where those of all settings scatter by less.
-std::string numbers_to_state(const MeasuredCurves& curves, const TorqueErrors& errors,
-                             double scatter) {
-  if (scatter < 1e-3 || scatter > 1) return "";  // exact, or another setting scatters by more
-  double rows = 1;
-  for (const auto& [sigma, c] : curves)
-    for (const double each : c.of_rows) rows = std::max(rows, each);
-  return fmt::format(
-      "; state {:.2g} {}{}", scatter * (errors.absolute > 0 ? errors.absolute : errors.relative),
-      errors.absolute > 0 ? "N m" : "as relative_smoothing",
-      rows > 1 ? " (near rows count by their mean, loading and unloading alike: no loop is left)"
-               : "");
+/// Whether the stiffness of the smoothed curve swings as errors do: it is below 0 somewhere, or goes
+/// to and fro by a tenth more than three times.
+bool swings(const MeasuredCurve& c, const TorqueErrors& errors, double factor) {
+  auto s = errors.of(c.y, c.of_rows);
+  for (double& each : s) each *= factor;
+  const auto y = phs::smoothed(c.x, c.y, s);
+  double low = HUGE_VAL, high = 0, last = 0;  // since the last turn, and the way before it
+  int turns = 0;
+  for (size_t i = 1; i < y.size(); ++i) {
+    const double k = (y[i] - y[i - 1]) / (c.x[i] - c.x[i - 1]);
+    if (!(k > 0)) return true;
+    low = std::min(low, k);
+    high = std::max(high, k);
+    const bool fell = k<high / 1.1, rose = k> 1.1 * low;
+    if (!(last >= 0 && fell) && !(last <= 0 && rose)) continue;
+    turns += last != 0;
+    last = fell && last >= 0 ? -1 : 1;
+    low = high = k;
+  }
+  return turns > 3;
+}
+
+/// The least factor from `from` on with which the stiffness of no setting swings, and a tenth more.
+/// 0: none, or the curve then misses the shape.
+double calming(const MeasuredCurves& curves, const TorqueErrors& errors, double from) {
+  const auto any = [&](auto which) {
+    return std::ranges::any_of(curves, [&](const auto& c) { return which(c.second); });
+  };
+  for (double f = from; f < 8 * from; f *= 1.06) {
+    if (any([&](const MeasuredCurve& c) { return swings(c, errors, f); })) continue;
+    const double stated = 1.1 * f;
+    const TorqueErrors more{stated * errors.absolute, stated * errors.relative};
+    return any([&](const MeasuredCurve& c) { return misses_the_shape(c, more); }) ? 0 : stated;
+  }
+  return 0;
 }
 
 }  // namespace
@@ -86,9 +109,17 @@ double half_loop(const MeasuredCurve& c) {
   return mean > 5 * std::sqrt(variance / n) ? mean : 0;
 }
 
-double scatter_with_loop(const MeasuredCurve& c) {
-  const double half = half_loop(c);
-  return half > 0 ? scatter_of(c, std::vector<double>(c.x.size(), 1.0), half) : 0;
+double errors_to_state(const MeasuredCurves& curves, const TorqueErrors& errors) {
+  if (!errors.any()) return 0;
+  const bool calm =
+      std::ranges::none_of(curves, [&](const auto& c) { return swings(c.second, errors, 1); });
+  return calm ? 0 : calming(curves, errors, 1) * std::max(errors.absolute, errors.relative);
+}
+
+std::string errors_text(const TorqueErrors& stated, double x) {
+  const double digit = std::pow(10, std::floor(std::log10(x)) - 1);
+  return fmt::format("{:g} {}", std::ceil(x / digit - 1e-9) * digit,
+                     stated.absolute > 0 ? "N m" : "as relative_smoothing");
 }
 
 std::vector<double> TorqueErrors::of(const std::vector<double>& torques,
@@ -127,24 +158,37 @@ std::string remark_on(const Measurements& m, const MeasuredCurves& curves,
   const auto at = [&](double sigma) {
     return curves.size() > 1 ? fmt::format(" at sigma = {:.4g}", sigma) : "";
   };
-  if (least < 1)
-    return fmt::format(
-        "{}: the errors that smoothing states are {} times what neighbours scatter by{}: the "
-        "curve may be flattened{}",
-        path, least < 1e-3 ? "over 1000" : fmt::format("{:.2g}", 1 / least), at(where_least),
-        numbers_to_state(curves, errors, roughest));
+  const double unit = std::max(errors.absolute, errors.relative);
+  const auto stating = [&](double factor) {
+    return factor > 0 ? "; state " + errors_text(errors, factor * unit) : "";
+  };
+  if (least < 1) {  // exact ones, or another setting scatters by more: no number
+    const bool known = roughest > 1e-3 && roughest <= 1;
+    const double factor = known ? calming(curves, errors, roughest) : 0;
+    if (factor < 0.9)  // else the smaller ones would be followed
+      return fmt::format(
+          "{}: the errors that smoothing states are {} times what neighbours scatter by{}: the "
+          "curve may be flattened{}",
+          path, least < 1e-3 ? "over 1000" : fmt::format("{:.2g}", 1 / least), at(where_least),
+          stating(factor));
+  }
   if (most > 0 && half > 0)
     return fmt::format(
         "{}: loading and unloading differ by {:.2g} N m{}: half of it counts as an error, which "
         "with the noise is {:.3g} times what smoothing states: the curve may follow the loop, and "
-        "its stiffness more so",
-        path, 2 * half, at(where_most), most);
+        "its stiffness more so{}",
+        path, 2 * half, at(where_most), most, stating(calming(curves, errors, most)));
   if (most > 0)
     return fmt::format(
         "{}: neighbours scatter by {:.3g} times the errors that smoothing states{}: the curve may "
-        "follow the errors, and its stiffness more so; in doubt state a tenth more "
-        "(half the width of a hysteresis loop counts as an error)",
-        path, most, at(where_most));
+        "follow the errors, and its stiffness more so{}",
+        path, most, at(where_most), stating(calming(curves, errors, most)));
+  if (m.errors_to_state > 0)
+    return fmt::format(
+        "{}: the stiffness goes to and fro by a tenth and more, as the errors do: the curve "
+        "follows "
+        "them{}",
+        path, stating(m.errors_to_state / unit));
   for (const auto& [sigma, c] : curves)
     if (misses_the_shape(c, errors))
       return fmt::format(

@@ -297,6 +297,7 @@ void PhaseSequence::done(const RunReport& r) {
   orbit_.take_off(moving_.state);
   motors_.take_off(phase_.assembly, moving_.state);
   from_ = moving_.time = end;
+  remember_nearest();
   more_ = end < scene_.duration && !r.stopped;
   if (r.stopped) return;
   std::vector<const Event*> due;
@@ -325,13 +326,9 @@ RunReport PhaseSequence::finish() {
     const std::string why = Latching::hindrance(scene_, moving_, *e);
     std::string note = "it never happened: " + text(*e);
     if (!why.empty()) note += "; at the end of the run " + why;
-    if (const auto near = nearest_.find(e); near != nearest_.end() && near->second.time < from_ &&
-                                            near->second.x.size() == moving_.state.x.size()) {
-      auto there = moving_;
-      there.state.x = near->second.x;
-      if (const std::string then = Latching::hindrance(scene_, there, *e); !then.empty())
-        note += fmt::format("; nearest to it at {:.6g} s, when {}", near->second.time, then);
-    }
+    const Nearest& near = nearest_of_all_[e];
+    if (near.time < from_ && !near.then.empty())
+      note += fmt::format("; nearest to it at {:.6g} s, when {}", near.time, near.then);
     r.notes.push_back(note);
   }
   // Events at the last instant have left another mechanism, which no phase has run.

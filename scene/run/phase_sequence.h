@@ -137,12 +137,15 @@ class PhaseSequence {
   WholeReport whole_;
   std::vector<Happened> happened_;
   phs::State watched_;
-  /// Where the condition of an event that waits came nearest to be met, in the current phase.
+  /// Where the condition of an event that waits came nearest to be met, and what kept it.
   struct Nearest {
     double margin = -HUGE_VAL, time = 0;
-    std::vector<double> x;
+    std::vector<double> x = {};
+    std::string then = {};
   };
-  std::map<const Event*, Nearest> nearest_;
+  void remember_nearest();
+
+  std::map<const Event*, Nearest> nearest_, nearest_of_all_;  ///< of this phase, of those before
   Phase phase_;
   double from_ = 0;
   int count_ = 0;

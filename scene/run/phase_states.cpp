@@ -6,7 +6,7 @@
 #include "scene/files/hdf5_file.h"
 #include "scene/run/phase_sequence.h"
 
-/// What a state keeps from phase to phase besides the mechanism's.
+/// What is kept from phase to phase besides the mechanism's state.
 namespace porthos::scene {
 
 void OrbitApart::take_off(phs::State& s) {
@@ -125,6 +125,18 @@ Joined joined_by(const std::vector<Happened>& happened, const mechanics::MovingM
     }
   }
   return all;
+}
+
+/// At the end of a phase, whose mechanism its states are of.
+void PhaseSequence::remember_nearest() {
+  for (auto& [e, near] : nearest_) {
+    Nearest& best = nearest_of_all_[e];
+    if (!(near.margin > best.margin) || near.x.size() != moving_.state.x.size()) continue;
+    auto there = moving_;
+    there.state.x = near.x;
+    near.then = Latching::hindrance(scene_, there, *e);
+    best = near;
+  }
 }
 
 }  // namespace porthos::scene

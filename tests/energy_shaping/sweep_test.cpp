@@ -13,7 +13,7 @@
 namespace porthos::energy_shaping::sweep_test {
 namespace {
 
-using test::agrees, test::keeps, test::refusal, test::Vec;
+using test::agrees, test::breaks, test::keeps, test::refusal, test::Vec;
 
 TEST(Sweep, IsTheRunsOneByOne) {
   const auto loop = acrobot({});
@@ -57,6 +57,47 @@ TEST(Sweep, TorquesStayWithinTheirLimits) {
   }
   o.limits = {1, 1};
   EXPECT_NE(refusal([&] { (void)sweep(*loop, gains, o); }), "");
+}
+
+/// An inertia wheel that turns over under its limit comes down at another minimum of H_d, a turn
+/// away: it has not settled. Control: a larger limit.
+TEST(Sweep, AnotherMinimumIsNotTheRest) {
+  const auto d = inertia_wheel_gains({.I1 = 0.015, .I2 = 3e-4, .m3 = 0.55}, 5, 0.8);
+  const auto loop = inertia_wheel_pendulum(d);
+  const auto tried = [&](double limit) {
+    SweepOptions o{.start = {1.2, 0, 0, 0}, .duration = 20, .step = 0.0025, .threads = 1};
+    o.limits = {limit};
+    const auto r = sweep(*loop, {{d.k1, d.kv}}, o)[0];
+    std::printf("  limit %g: settled in %.3g s, H_d left %.1e, elsewhere %d\n", limit, r.settling,
+                r.residual, r.elsewhere);
+    EXPECT_LT(r.residual, o.settled);
+    EXPECT_EQ(std::isfinite(r.settling), !r.elsewhere);
+    return r.elsewhere;
+  };
+  EXPECT_TRUE(tried(0.8));
+  EXPECT_FALSE(tried(8));
+}
+
+/// A fast motion of a loop takes steps in parts: twenty times the damping at a step of 0.01 s.
+/// Control: one step of Runge and Kutta cannot be that long; a motion that is faster still is
+/// refused.
+TEST(Sweep, FastGainsTakeTheirStepInParts) {
+  auto d = inertia_wheel_gains({.I1 = 0.015, .I2 = 3e-4, .m3 = 0.55}, 5, 0.8);
+  d.kv *= 20;
+  const auto loop = inertia_wheel_pendulum(d);
+  const Vec start{0.3, 0, 0, 0};
+  double fastest = 0;
+  for (const auto& each : phs::spectrum(4, field_jacobian(*loop, loop->rest())).rest)
+    fastest = std::max(fastest, std::abs(each));
+  breaks("fastest motion times the step, of a stable step 2.8", fastest * 0.01, 2.8);
+  const SweepOptions o{.start = start, .duration = 20, .step = 0.01, .threads = 1};
+  const auto swept = sweep(*loop, {{d.k1, d.kv}}, o)[0];
+  const auto run = simulate(*loop, start, {.duration = 20, .step = 0.001});
+  EXPECT_TRUE(swept.finite);
+  agrees("largest input", swept.peak, run.peak[0], 1e-3);
+  const auto why = refusal([&] { (void)sweep(*loop, {{d.k1, 1e9 * d.kv}}, o); });
+  EXPECT_NE(why.find("expected steps of at most"), why.npos) << why;
+  EXPECT_LE(why.size(), 220u);
 }
 
 TEST(Sweep, Refuses) {

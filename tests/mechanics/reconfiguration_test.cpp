@@ -386,7 +386,7 @@ TEST(Reconfiguration, WhatCannotBeIsRefusedAndNothingChanges) {
   };
   EXPECT_NE(refusal([&] {
               capture(m, {.body = "target", .link = hand, .reach = 0.1});
-            }).find("m, expected at most 0.1 m, the limit of the latch"),
+            }).find("m, expected at most 0.1 m, by the latch"),
             std::string::npos);
   EXPECT_NE(refusal([&] {
               capture(m, {.body = "target", .link = hand, .speed = 0.1});
@@ -395,7 +395,7 @@ TEST(Reconfiguration, WhatCannotBeIsRefusedAndNothingChanges) {
   const auto both =
       refusal([&] { capture(m, {.body = "target", .link = hand, .reach = 0.1, .speed = 0.1}); });
   EXPECT_NE(both.find("m, expected at most 0.1 m; the relative speed is 0.5 m/s, expected at most "
-                      "0.1 m/s, the limits of the latch"),
+                      "0.1 m/s, by the latch; from link to body ("),
             std::string::npos)
       << both;
   EXPECT_LE(both.size(), 220u);

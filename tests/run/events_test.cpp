@@ -161,7 +161,11 @@ TEST(Events, ACaptureThatMissesFailsTheVerdictAndSaysWhy) {
   for (const auto& [from, to, why] :
        {std::tuple{"reach = 0.05", "reach = 0.001",
                    "scene.toml:22:1: at 20 s: capture of 'target' by 'hand': the distance is"},
-        {"reach = 0.05", "reach = 0.001", "the limit of the latch; from link to body it is ("},
+        {"reach = 0.05", "reach = 0.001", "by the latch; from link to body ("},
+        {"reach = 0.05                      # m, what the fingers can close\n"
+         "speed = 0.02                      # m/s\nrate = 0.1",
+         "reach = 0.001\nspeed = 0.02\nrate = 0.01",
+         "expected at most 0.01 rad/s, by the latch; from link to body ("},
         {"rate = 0.1", "rate = 0.01", "the relative rate is 0.05"}}) {
     const auto s = capture_scene(folder, from, to);
     const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
@@ -177,6 +181,29 @@ TEST(Events, ACaptureThatMissesFailsTheVerdictAndSaysWhy) {
   auto s = capture_scene(folder);
   s.duration = 201;
   EXPECT_EQ(scene::run(s, scene::assemble(s), into(folder / "out")).phases, 3);
+}
+
+/// A capture that waits and does not happen was nearest in the first of three phases, not in the
+/// last. Control: without the locks there is one phase.
+TEST(Events, TheNearestInstantIsOfAllPhases) {
+  TemporaryFolder folder;
+  std::string told[2];
+  for (const bool locks : {true, false}) {
+    auto s = capture_scene(folder, "position = [3.74347, 0.05646,", "position = [3.9, 0.2,");
+    s.duration = 300;
+    s.events[0].at = 0;
+    s.events[0].within_reach = true;
+    if (!locks) s.events.resize(1);
+    const auto r = scene::run(s, scene::assemble(s), into(folder / (locks ? "a" : "b")));
+    EXPECT_EQ(r.phases, locks ? 2 : 1);
+    for (const auto& note : r.notes)
+      if (const auto at = note.find("nearest to it at "); at != note.npos)
+        told[locks] = note.substr(at, note.find(", when") - at);
+  }
+  std::printf("  %s\n", told[1].c_str());
+  EXPECT_NE(told[1], "");
+  EXPECT_EQ(told[1], told[0]);
+  EXPECT_LT(std::strtod(told[1].c_str() + 17, nullptr), 200);
 }
 
 TEST(Events, WhatCannotBeIsRefusedWithItsLine) {

@@ -13,6 +13,14 @@
 namespace porthos::test::table_remark_test {
 namespace {
 
+/// X of "state X N m"; 0: none.
+double number_named(const std::string& said) {
+  const auto at = said.find("state ");
+  return at == said.npos || said.find(" N m", at) == said.npos
+             ? 0
+             : std::strtod(said.c_str() + at + 6, nullptr);
+}
+
 /// Measured torques (12 + 30 σ) φ + 60 φ³ with errors of 3 % of each, at 61 places.
 std::string torques(const std::vector<double>& sigmas, unsigned seed) {
   std::mt19937_64 generator(seed);
@@ -72,9 +80,9 @@ TEST(TableRemark, ADenseLogHasTheMeanOfBothWays) {
   EXPECT_EQ(vsa::parse_measurements(text, "log.csv", 0.055).remark, "");
   keeps("stiffness by the noise alone, relative", stiffness_off(0.055), 0.03);
   const auto with_loop = vsa::parse_measurements(text, "log.csv", std::hypot(0.4, 0.05)).remark;
-  EXPECT_NE(with_loop.find("; state 0.049 N m (near rows count by their mean"), std::string::npos)
-      << with_loop;
-  EXPECT_NE(with_loop.find("no loop is left"), std::string::npos) << with_loop;
+  const double named = number_named(with_loop);  // the noise and a tenth; no loop is left
+  EXPECT_NEAR(named, 0.055, 0.006) << with_loop;
+  keeps("stiffness by the number named, relative", stiffness_off(named), 0.03);
   breaks("control: with half the loop", stiffness_off(std::hypot(0.4, 0.05)), 0.03);
 }
 
@@ -173,8 +181,6 @@ TEST(TableRemark, AHysteresisLoopIsNoNoise) {
     return vsa::parse_measurements(text, "loop.csv", smoothing);
   };
   const auto stated = table(rows, 1.1);
-  keeps("half the loop and the noise [N m]", std::fabs(stated.with_loop - std::hypot(1, 0.3)),
-        0.03);
   EXPECT_EQ(stated.remark, "");
   const auto e = vsa::tabulated(stated, {}, 0.02, 1.1);
   keeps("stiffness at 0.1 rad, relative", std::fabs(e->stiffness(0.1, 0, 0) / 147 - 1), 0.03);
@@ -183,9 +189,7 @@ TEST(TableRemark, AHysteresisLoopIsNoNoise) {
   EXPECT_NE(small.remark.find("loop.csv: loading and unloading differ by 2"), std::string::npos)
       << small.remark;
   const auto why = refusal([&] { vsa::tabulated(small, {}, 0.02, 0.3); });
-  EXPECT_NE(why.find("with half the loop of loading and unloading the errors are 1.0"),
-            std::string::npos)
-      << why;
+  EXPECT_NEAR(number_named(why) / std::hypot(1, 0.3), 1.1, 0.1) << why;
   EXPECT_LE(why.size(), 220u);
 
   // Controls: noise of that size, and the same rows in no order, which tell nothing of a loop.
@@ -193,10 +197,62 @@ TEST(TableRemark, AHysteresisLoopIsNoNoise) {
   std::ranges::shuffle(mixed, std::mt19937_64(3));
   for (const auto& other : {there_and_back(0, 1.04), mixed}) {
     const auto m = table(other, 0.3);
-    EXPECT_EQ(m.with_loop, 0);
     EXPECT_NE(m.remark.find("neighbours scatter by"), std::string::npos) << m.remark;
-    EXPECT_NE(m.remark.find("half the width of a hysteresis loop"), std::string::npos);
   }
+}
+
+/// Logs of a slow cycle with a loop, noise of torques and of angles, rounded to four digits: the
+/// number that a refusal or a note names works when it is stated. Control: errors too small are
+/// told, or the stiffness is right with them, too.
+TEST(TableRemark, TheNumberThatIsNamedWorks) {
+  int told = 0, cases = 0;
+  double worst = 0, worst_silent = 0;
+  for (const double jitter : {0.0, 5e-4, 1e-3})
+    for (const int rows : {300, 1000})
+      for (unsigned seed = 0; seed < 2; ++seed, ++cases) {
+        std::mt19937_64 generator(seed);
+        std::normal_distribution<double> normal;
+        std::string text = "deflection,torque\n";
+        for (int i = 0; i < rows; ++i) {
+          const double t = 2 * M_PI * i / (rows - 1), phi = 0.6 * std::sin(t);
+          text += fmt::format("{:.4f},{:.4f}\n", phi + jitter * normal(generator),
+                              12 * phi + 60 * std::pow(phi, 3) + (std::cos(t) > 0 ? 0.15 : -0.15) +
+                                  0.05 * normal(generator));
+        }
+        const auto tried = [&](double smoothing, double& off) {
+          std::string said;
+          off = 0;
+          try {
+            const auto m = vsa::parse_measurements(text, "s.csv", smoothing);
+            said = m.remark;
+            const auto e = vsa::tabulated(m, {}, 0.02, smoothing);
+            for (double phi = -0.5; phi <= 0.5; phi += 0.01)
+              off = std::max(off, std::fabs(e->stiffness(phi, 0, 0) / (12 + 180 * phi * phi) - 1));
+          } catch (const InvalidArgument& refused) {
+            said = refused.what();
+          }
+          return said;
+        };
+        double off = 0;
+        const std::string first = tried(0.05, off);
+        const double named = number_named(first);
+        if (!(named > 0)) {
+          worst_silent = std::max(worst_silent, off);
+          EXPECT_EQ(first, "") << jitter << " " << rows << " " << seed;
+          continue;
+        }
+        ++told;
+        const std::string then = tried(named, off);
+        EXPECT_EQ(then, "") << jitter << " " << rows << " " << seed << ": " << first;
+        worst = std::max(worst, off);
+      }
+  std::printf(
+      "  %d of %d told; stiffness by the numbers named off by %.3f, by 0.05 where nothing is "
+      "told %.3f   bounds 0.15\n",
+      told, cases, worst, worst_silent);
+  EXPECT_GT(told, cases / 2);
+  EXPECT_LT(worst, 0.15);
+  EXPECT_LT(worst_silent, 0.15);
 }
 
 }  // namespace
