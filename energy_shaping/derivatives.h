@@ -12,8 +12,9 @@ std::vector<double> field_jacobian(const phs::Model& model, std::span<const doub
 /// The Hessian of H_d at x, row by row, exact.
 std::vector<double> hessian(const phs::Model& model, std::span<const double> x);
 
-/// The same of an evaluator, as of a loop with gains of its own.
+/// The same of an evaluator at x, as of a loop with gains of its own.
 std::vector<double> field_jacobian(phs::System<phs::Dual>& system, std::span<const double> x);
+/// The same of an evaluator at x.
 std::vector<double> hessian(phs::System<phs::Dual>& system, std::span<const double> x);
 
 }  // namespace porthos::energy_shaping

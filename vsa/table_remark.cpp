@@ -49,8 +49,8 @@ double scatter_of(const MeasuredCurve& c, const std::vector<double>& s, double h
   return std::hypot(phs::scatter(c.x, without, s), std::sqrt(loop));
 }
 
-/// Whether the stiffness of the smoothed curve swings as errors do: it is below 0 somewhere, or goes
-/// to and fro by a tenth more than three times.
+/// Whether the stiffness of the smoothed curve swings as errors do: it is below 0 somewhere, or
+/// goes to and fro by a tenth more than three times.
 bool swings(const MeasuredCurve& c, const TorqueErrors& errors, double factor) {
   auto s = errors.of(c.y, c.of_rows);
   for (double& each : s) each *= factor;

@@ -19,9 +19,9 @@ using MeasuredCurves = std::map<double, MeasuredCurve>;  ///< by σ
 /// Half of the torque by which loading lies above unloading, where the places of the two differ and
 /// a mean of at least five standard errors tells it from noise; else 0.
 double half_loop(const MeasuredCurve& c);
-/// What is to be stated in place of errors with which the stiffness of some setting swings as errors
-/// do: a tenth more than the least with which none does. 0: none swings, or nothing helps up to
-/// eight times as much, since the spring itself is so.
+/// What is to be stated in place of errors with which the stiffness of some setting swings as
+/// errors do: a tenth more than the least with which none does. 0: none swings, or nothing helps up
+/// to eight times as much, since the spring itself is so.
 double errors_to_state(const MeasuredCurves& curves, const TorqueErrors& errors);
 /// "0.17 N m", not below x.
 std::string errors_text(const TorqueErrors& stated, double x);
