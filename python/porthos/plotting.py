@@ -267,9 +267,10 @@ def _row(key: str) -> tuple[str, Any]:
     name = key.partition("/")[2]
 
     def draw_into(ax, r):
-        at = thinned(r.time)
+        t, y = r.joined(key) if len(r.phases) > 1 else (r.time, r[key])
+        at = thinned(t)
         _style(ax, name, "J")
-        _lines(ax, r, r.time[at], {name: r[key][at]})
+        _lines(ax, r, t[at], {name: y[at]})
     return name, draw_into
 
 
@@ -297,7 +298,8 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None, labe
             whole = "states"
         motion, lines = _of_motion(result.states(bands=True) if whole == "states" else result.motion(bands=True))
         known.update(motion)
-    rows = dict(_row(k) for k in result.names if k.startswith(("stored/", "supplied/", "dissipated/")))
+    series = [k for p in result.phases if len(result.phases) > 1 for k in p.names] or result.names
+    rows = dict(_row(k) for k in series if k.startswith(("stored/", "supplied/", "dissipated/")))
     draw = {**rows, **lines, **known}
     all = what == whole
     what = what if what in draw else title
