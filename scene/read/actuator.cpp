@@ -166,6 +166,15 @@ vsa::ElasticPtr read_elastic(const Table& t, std::string& remark) {
   return energy;
 }
 
+/// Of a command, which has no key pieces.
+void add_overshoot(const Table& t, const char* of, std::string& remark) {
+  if (!t.has(of) || !t.table(of).has("command")) return;
+  const std::string odd = overshoot(t.table(of).table("command"));
+  if (odd.empty()) return;
+  remark += fmt::format("{}{}: {}.command: {}", remark.empty() ? "" : "; ", t.where(), of,
+                        odd.substr(0, odd.find(", or the key")));
+}
+
 }  // namespace
 
 ActuatorPlace place_of(const JointActuator& actuator, const phs::Description& description) {
@@ -219,6 +228,7 @@ std::vector<JointActuator> read_actuators(const Table& scene) {
       a.damping = t.not_negative("damping");
       if (t.has("damper")) a.damper = read_signal(t.table("damper"), " of N m s/rad");
       if (t.has("damper_limit")) a.damper_limit = t.number("damper_limit");
+      for (const char* of : {"theta", "sigma"}) add_overshoot(t, of, j.remark);
       vsa::actuator_model(a);  // refuses what does not fit together
     });
     list.push_back(std::move(j));

@@ -160,5 +160,24 @@ TEST(MotorOutputs, ARowOfTheOtherQuantityIsToldWhich) {
   EXPECT_TRUE(says(refused(row("p", "power", "rate")), "the ledger has no row"));  // the control
 }
 
+/// A command through sharp bends swings beyond its values, as the profile of a force does. Control:
+/// a sine.
+TEST(MotorCommands, AProfileThatSwingsBeyondItsValuesIsNoted) {
+  TemporaryFolder folder;
+  const auto of = [&](const std::string& command) {
+    (void)arm(folder, "");
+    std::string text = read_bytes(folder / "scene.toml");
+    const std::string sine = "sine = { amplitude = 0.1, frequency = 0.1 }";
+    text.replace(text.find(sine), sine.size(), command);
+    write_bytes(folder / "scene.toml", text);
+    return scene::read_scene((folder / "scene.toml").string()).actuators[0].remark;
+  };
+  const std::string odd =
+      of("profile = { times = [0, 2, 4, 6, 8, 10], values = [0.3, 0.3, 2, 2, 0.3, 0.3] }");
+  EXPECT_NE(odd.find("sigma.command: the profile reaches 2."), odd.npos) << odd;
+  EXPECT_TRUE(odd.ends_with("expected more points")) << odd;
+  EXPECT_EQ(of("sine = { amplitude = 0.1, frequency = 0.2 }"), "");
+}
+
 }  // namespace
 }  // namespace porthos::test::motor_outputs_test
