@@ -571,6 +571,10 @@ class SweepResult:
     def defined(self) -> bool:
         """False: the run left where the law is meant (half_width of numerical_matching)."""
         ...
+    @property
+    def elsewhere(self) -> bool:
+        """True: H_d came down at another minimum, as a full turn away."""
+        ...
 
 class JointSwingUp:
     """The law of swing_up(): a mechanism swings up by the energy of one driven joint."""

@@ -261,7 +261,7 @@ def attach(network: Network, name: str, joint_port: str, actuator: Actuator) -> 
     """Adds an actuator `name` to a network and joins it to a joint's port ('<member>.<joint>.torque'), with its commands,
     frictions and limits. Ledger: storages '<name>.spring', '<name>.rotor' of theta, '<name>.sigma_rotor'; works by drive
     '<name>.theta.torque', '.controller', '.rate' or '.servo'; losses '<name>.theta.viscous', '.friction', '.brake'; the same of
-    '<name>.sigma'; '<name>.damping' beside the spring, '<name>.damper'. A drive by torque or rate without a command has no work and
-    leaves its port '<name>.theta' open.
+    '<name>.sigma'; a loss '<name>.damping' beside the spring. A drive by torque or rate without a command has no work and
+    leaves its port '<name>.theta' open. The 'damper' of scenes is commanded: '<name>.damper' is a work, of 0 or less.
     """
     ...
