@@ -6,6 +6,8 @@
 #include <iterator>
 #include <utility>
 
+#include "phs/network/network.h"
+
 namespace porthos::scene {
 
 using integrators::Outcome;
@@ -263,6 +265,10 @@ void WatchedRun::record() {
     record_(row_);
   }
   remember();
+  // A law of the user's own that is not meant for this state, even where it gives numbers.
+  if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&assembly_.internal());
+      network && !network->hindrance(state_).empty())
+    outcome_ = Outcome::failed;
 }
 
 void WatchedRun::remember() {
