@@ -92,7 +92,7 @@ def test_numerical_matching_of_a_mechanism(pendubot):
     es.control(n, "law", "arm", narrow)
     for rate, stays in ((0, True), (0.3, False)):
         r = ph.simulate(n.build(), narrow.state([0, 0.1], [0, rate]), step=0.005, duration=2, limits={"balance": 1e-9}, progress=False)
-        assert r.passed is stays and (r.time[-1] == 2) is stays and any("outside -0.4 to 0.4" in note for note in r.notes) is not stays, r.notes
+        assert r.passed is stays and bool(r.time[-1] == 2) is stays and any("outside -0.4 to 0.4" in note for note in r.notes) is not stays, r.notes
     refused(lambda: es.numerical_matching(pendubot, **{**keys, "half_width": 2}), "degenerates at r")
     refused(lambda: es.numerical_matching(pendubot, **{**keys, "actuator": "elbow.torque"}), "acts on 'elbow', which unactuated = 1")
     turned = es.numerical_matching(pendubot, **keys, rest=[2 * np.pi, 0])
