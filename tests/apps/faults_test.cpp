@@ -249,7 +249,7 @@ int Faults::random_kills(const Command& c, int kills) {
       // In the foreground it waits until what it killed has ended, and with it its lock.
       const Answer a = run(c, "out", begun() ? " --resume" : "",
                            "timeout --foreground -s KILL " + std::to_string(after));
-      if (a.code == 128 + SIGKILL) {
+      if (a.code == -SIGKILL) {
         ++killed;
         continue;
       }
