@@ -36,6 +36,7 @@ class Certificate {
 
   const std::string& title() const { return title_; }
   const std::vector<CertificateItem>& items() const { return items_; }
+  std::vector<CertificateItem>& items() { return items_; }
   /// @throws InvalidArgument for an unknown name
   const CertificateItem& item(const std::string& name) const;
   bool has(const std::string& name) const;

@@ -50,8 +50,8 @@ std::string of_start(const CertifyOptions& o, size_t s) {
 
 void certify_runs(const ClosedLoop& loop, const CertifyOptions& o, double limited_from,
                   Certificate& c) {
-  const double rest = loop.instantiate<double>()->hamiltonian(loop.rest());
   const auto system = loop.instantiate<double>();
+  const double rest = system->hamiltonian(loop.rest());
   HeldOffset offset(loop, *system, hessian(loop, loop.rest()));
   const auto elsewhere = [&](const Run& r) {
     const double left = std::fabs(r.H.back() - rest), begun = std::fabs(r.H.front() - rest);

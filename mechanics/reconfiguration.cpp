@@ -81,10 +81,7 @@ MovingMechanism::MovingMechanism(MechanismBuilder given) : parts(std::move(given
 
 void MovingMechanism::set(std::span<const double> q, std::span<const double> v) {
   phs::State s(model->description(), model->state(q, v));
-  s.step = state.step;
-  s.origin = state.origin;
-  s.origin_lo = state.origin_lo;
-  s.origin_step = state.origin_step;
+  s.take_clock(state);
   phs::wrap_angles(model->description(), s);
   state = std::move(s);
 }

@@ -51,10 +51,7 @@ phs::State positions(const MovingMechanism& before, const Instant& from,
   const auto& a = before.model->description();
   const auto& b = to.description();
   phs::State s(b, std::vector<double>(size_t(b.nx)));
-  s.step = before.state.step;
-  s.origin = before.state.origin;
-  s.origin_lo = before.state.origin_lo;
-  s.origin_step = before.state.origin_step;
+  s.take_clock(before.state);
   size_t turn = 0;
   std::map<std::string, size_t> used, turned;  // numbers and turns taken from a locked joint
   for (const auto& c : to.mechanism().coordinates()) {

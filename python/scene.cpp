@@ -295,9 +295,8 @@ void bind_scene(py::module_& m) {
       "standard errors of a random walk), swing_growth "
       "(how many times larger the scatter is in the last part than in the first, if it rises from "
       "part to part, else 1) and words (what follows \"the error\" in the verdict of a run, a "
-      "drift "
-      "per record). scale: what the errors are relative to, in the words alone; they compare the "
-      "error with rounding.");
+      "drift per record). scale: what the errors are relative to, in the words alone; they compare "
+      "the error with rounding.");
   bind_motion(m);
   bind_run_file(m);
 }

@@ -119,8 +119,8 @@ std::string write_film(const std::filesystem::path& report, const std::filesyste
   if (turn < far_between_frames) return "";
   return fmt::format(
       "{}: a body turns by up to {:.2g} rad between two records of the playback, so that a fast "
-      "swing "
-      "may look slow or still: a film of a shorter part, --from T --to T, has more of its records",
+      "swing may look slow or still: a film of a shorter part, --from T --to T, has more of its "
+      "records",
       out.string(), turn);
 }
 

@@ -186,8 +186,7 @@ std::string remark_on(const Measurements& m, const MeasuredCurves& curves,
   if (m.errors_to_state > 0)
     return fmt::format(
         "{}: the stiffness goes to and fro by a tenth and more, as the errors do: the curve "
-        "follows "
-        "them{}",
+        "follows them{}",
         path, stating(m.errors_to_state / unit));
   for (const auto& [sigma, c] : curves)
     if (misses_the_shape(c, errors))

@@ -49,18 +49,14 @@ struct InertiaWheelDesign {
 };
 
 /// Refuses a plant that somebody else made, most often one of other coordinates.
-void refuse_plant(const Certificate& certificate) {
-  Certificate all(certificate.title());
-  all.name_coordinates(certificate.coordinates());
-  for (CertificateItem item : certificate.items()) {
+void refuse_plant(Certificate certificate) {
+  for (CertificateItem& item : certificate.items())
     if (item.name.starts_with("matching"))
       item.help =
           "the plant is to have the pendulum's angle from upright and the wheel's in the world: "
           "for a model file a scene's design = \"inertia_wheel\" (C++: inertia_wheel_on), or "
           "matched_loop";
-    all.add(std::move(item));
-  }
-  refuse_failure(all);
+  refuse_failure(certificate);
 }
 
 }  // namespace

@@ -86,8 +86,7 @@ class TwoJoints {
     if (pull > 1e-9 * m3)  // the comparison of the motions sees less
       throw InvalidArgument(fmt::format(
           "design '{}' does not apply: gravity pulls at '{}' by up to {:.4g} N m; likely cause: "
-          "the "
-          "wheel's centre of mass is off its axis; balance it in the model, or take an lqr",
+          "the wheel's centre of mass is off its axis; balance it in the model, or take an lqr",
           design, m_.coordinates()[d].joint, pull));
   }
   double gravity() const { return mechanics::norm(m_.gravity()); }

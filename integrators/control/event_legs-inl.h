@@ -113,10 +113,7 @@ class EventLegs {
   /// The clock in two words.
   phs::State clock(const phs::State& s) const {
     phs::State c;
-    c.step = s.step;
-    c.origin = s.origin;
-    c.origin_lo = s.origin_lo;
-    c.origin_step = s.origin_step;
+    c.take_clock(s);
     c.step_off_the_grid(h_, 0);
     return c;
   }
@@ -214,10 +211,7 @@ class EventLegs {
       }
     } else {
       phs::State next(d, after);
-      next.step = state_.step;
-      next.origin = state_.origin;
-      next.origin_lo = state_.origin_lo;
-      next.origin_step = state_.origin_step;
+      next.take_clock(state_);
       state_ = std::move(next);
     }
     phs::wrap_angles(d, state_);

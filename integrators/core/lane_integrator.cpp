@@ -49,10 +49,7 @@ void LaneIntegrator::load(int lane, const phs::State& start, std::int64_t until)
   for (int l = 0; l < width; ++l)
     if (first || l == lane) put(l, start);
   r.clock.turns = start.turns;
-  r.clock.step = start.step;
-  r.clock.origin = start.origin;
-  r.clock.origin_lo = start.origin_lo;
-  r.clock.origin_step = start.origin_step;
+  r.clock.take_clock(start);
   tell_turns();
   r.phase = Phase::arrived;
   go_on(lane, until);

@@ -41,6 +41,13 @@ struct BasicState {
       : x(std::move(values)), lo(x.size(), T(0.0)) {
     turns.assign(size_t(d.angle_count()), 0);
   }
+  /// Takes the clock of another state, of this system or of any other.
+  void take_clock(const BasicState& other) {
+    step = other.step;
+    origin = other.origin;
+    origin_lo = other.origin_lo;
+    origin_step = other.origin_step;
+  }
   /// The time [s] when every step since origin_step had size h.
   T time(T h) const { return T(origin) + (T(origin_lo) + T(double(step - origin_step)) * h); }
   /// The duration from time(h) to an instant [s]; exact to the last bit if the last step was off

@@ -166,13 +166,11 @@ vsa::ElasticPtr read_elastic(const Table& t, std::string& remark) {
   return energy;
 }
 
-/// Of a command, which has no key pieces.
 void add_overshoot(const Table& t, const char* of, std::string& remark) {
   if (!t.has(of) || !t.table(of).has("command")) return;
   const std::string odd = overshoot(t.table(of).table("command"));
   if (odd.empty()) return;
-  remark += fmt::format("{}{}: {}.command: {}", remark.empty() ? "" : "; ", t.where(), of,
-                        odd.substr(0, odd.find(", or the key")));
+  remark += fmt::format("{}{}: {}.command: {}", remark.empty() ? "" : "; ", t.where(), of, odd);
 }
 
 }  // namespace

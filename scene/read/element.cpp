@@ -89,8 +89,7 @@ std::string overshoot(const Table& signal) {
   if (std::isnan(reached)) return {};
   return fmt::format(
       "the profile reaches {:.3g} at {:.3g} s, beyond its values {:g} to {:g}: it is a smooth "
-      "curve "
-      "through them (a spline), expected more points, or the key pieces",
+      "curve through them (a spline), expected more points",
       reached, at, *low, *high);
 }
 
@@ -128,7 +127,10 @@ std::vector<Element> read_elements(const Table& scene) {
       e.name = t.text("name", "the name of its row in the ledger");
     }
     at_line(e.where, [&] { type->read(t, e); });
-    if (e.remark.empty()) e.remark = overshoot(word == "dc_motor" ? t.table("voltage") : t);
+    if (e.remark.empty()) {
+      e.remark = overshoot(word == "dc_motor" ? t.table("voltage") : t);
+      if (!e.remark.empty()) e.remark += ", or the key pieces";
+    }
     list.push_back(std::move(e));
   });
   return list;

@@ -228,8 +228,7 @@ void Unknowns::add_key(const std::string& name, const std::string& key, const As
     throw InvalidArgument(fmt::format(
         "{}there is no parameter '{}', expected a body or its number (\"link_6\", "
         "\"link_6.mass\"), a number of an element by its name (\"spring.stiffness\"), a start "
-        "value "
-        "(\"joint_1.velocity\") or a key of {}{}",
+        "value (\"joint_1.velocity\") or a key of {}{}",
         in_file(scene_.path), name, joined(first),
         known.empty() ? ""
                       : "; the elements are " + listed(known, [](const auto& n) { return n; })));

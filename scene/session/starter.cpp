@@ -215,8 +215,7 @@ std::string method_tables(const Pilot& p, bool floats) {
       p.good ? "" : " No step did: the smallest error seen, and a limit to match.");
   text += fmt::format(
       "method = \"{}\"              # porthos methods lists them, porthos compare THIS_FILE "
-      "compares "
-      "them\nstep = {:g}                      # s\n\n[run]\n",
+      "compares them\nstep = {:g}                      # s\n\n[run]\n",
       p.method, p.step);
   text += fmt::format("duration = {:g}                    # s{}\n", p.duration,
                       p.duration < durations[0] ? "; short, because the motion needs small steps: "

@@ -9,6 +9,7 @@
 #include "phs/network/network.h"
 #include "phs/scalars/derivative.h"
 #include "tests/integrators/run_cost.h"
+#include "tests/support/pendulum.h"
 
 namespace porthos::integrators::event_gradient_test {
 namespace {
@@ -123,7 +124,7 @@ TEST(EventGradient, OfABouncingBallIsItsClosedForm) {
 }
 
 /// A pendulum that is pushed in time and hits a wall.
-struct Pushed {
+struct Pushed : test::Pendulum {
   phs::Description description() const {
     phs::Description d;
     d.name = "pushed";
@@ -132,15 +133,6 @@ struct Pushed {
     d.traits.canonical = true;
     d.traits.autonomous = false;
     return d;
-  }
-  template <class T>
-  T hamiltonian(std::span<const T> x) const {
-    return T(0.5) * x[1] * x[1] - phs::cos(x[0]);
-  }
-  template <class T>
-  void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = phs::sin(x[0]);
-    e[1] = x[1];
   }
   template <class T>
   void drive(T t, std::span<const T>, std::span<T> dx) const {

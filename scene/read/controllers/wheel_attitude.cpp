@@ -78,13 +78,8 @@ ControllerDesign design_one(const Controller& c, const ControllerPlant& plant,
       std::make_shared<const energy_shaping::PotentialLoop>(plant.model, s), o);
   auto laws = held.port_laws();
   std::erase_if(laws, [&](const auto& l) { return l.port == o.base_port; });  // no thrusters
-  const auto& shaped = held.shaped().certificate();
-  energy_shaping::Certificate all(shaped.title());
-  all.name_coordinates(shaped.coordinates());
-  for (auto item : shaped.items()) {
-    item.help.clear();  // that nothing holds the wheels: they are to turn
-    all.add(std::move(item));
-  }
+  energy_shaping::Certificate all = held.shaped().certificate();
+  for (auto& item : all.items()) item.help.clear();  // nothing holds the wheels: they are to turn
   for (const auto& item : held.certificate().items()) all.add(item);
   return {std::move(laws), std::move(all)};
 }
