@@ -1,4 +1,4 @@
-// The shaped potential over a region: its critical points, and the basin of the rest point.
+// The basin of the rest point of a shaped potential, over a region.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,76 +8,12 @@
 #include <random>
 
 #include "energy_shaping/detail/region.h"
-#include "phs/linear_algebra/linear_algebra.h"
-#include "phs/scalars/derivative.h"
+#include "energy_shaping/detail/shaped_potential.h"
 
 namespace porthos::energy_shaping {
 namespace {
 
 using Vec = std::vector<double>;
-
-/// V_d(q) = H_d(q, 0) with derivatives.
-class ShapedPotential {
- public:
-  explicit ShapedPotential(const ClosedLoop& loop)
-      : system_(loop.instantiate<double>()),
-        dual_(loop.instantiate<phs::Dual>()),
-        n_(loop.rest().size() / 2),
-        x_(2 * n_, 0.0),
-        e_(2 * n_),
-        xd_(2 * n_, phs::Dual(0.0)),
-        ed_(2 * n_) {}
-  size_t size() const { return n_; }
-  double operator()(std::span<const double> q) {
-    std::copy(q.begin(), q.end(), x_.begin());
-    return system_->hamiltonian(x_);
-  }
-  void gradient(std::span<const double> q, Vec& g, Vec& K) {
-    g.resize(n_);
-    K.resize(n_ * n_);
-    for (size_t i = 0; i < n_; ++i) xd_[i] = q[i];
-    auto coordinates = std::span(xd_).first(n_);
-    phs::along_each(coordinates, [&](size_t j) {
-      dual_->gradient(xd_, ed_);
-      for (size_t i = 0; i < n_; ++i) {
-        g[i] = ed_[i].v;
-        K[i * n_ + j] = ed_[i].d;
-      }
-    });
-  }
-  /// Newton's method from q; false if it does not converge or leaves the region by more than the
-  /// region's width.
-  bool refine(Vec& q, const Region& r) {
-    Vec g, K;
-    for (int i = 0; i < 50; ++i) {
-      gradient(q, g, K);
-      const Vec step = phs::linear_solve(n_, K, g);
-      double size = 0;
-      for (size_t a = 0; a < n_; ++a) {
-        const double width = r.upper[a] - r.lower[a];
-        if (!(std::fabs(step[a]) < width)) return false;
-        q[a] -= step[a];
-        size = std::max(size, std::fabs(step[a]) / width);
-        if (q[a] < r.lower[a] - width || q[a] > r.upper[a] + width) return false;
-      }
-      if (size < 1e-12) return true;
-    }
-    return false;
-  }
-
- private:
-  std::unique_ptr<phs::System<double>> system_;
-  std::unique_ptr<phs::System<phs::Dual>> dual_;
-  size_t n_;
-  Vec x_, e_;
-  std::vector<phs::Dual> xd_, ed_;
-};
-
-bool inside(const Region& r, const Vec& q) {
-  for (size_t a = 0; a < q.size(); ++a)
-    if (q[a] < r.lower[a] || q[a] > r.upper[a]) return false;
-  return true;
-}
 
 /// The nodes of a grid over a region.
 class Grid {
@@ -219,26 +155,6 @@ void cap_by_passes(Basin& b, const ClosedLoop& loop, const std::vector<CriticalP
   }
 }
 
-/// @throws InvalidArgument for another number of coordinates, a region without the rest point
-///   inside, and one with an end for which the law is not meant (ClosedLoop::hindrance)
-void check_region_of(const ClosedLoop& loop, const Region& r) {
-  const size_t n = loop.rest().size() / 2;
-  require_size("region.lower", r.lower.size(), n);
-  require_size("region.upper", r.upper.size(), n);
-  for (size_t a = 0; a < n; ++a) {
-    if (const double q = loop.rest()[a]; !(r.lower[a] < q && q < r.upper[a]))
-      throw InvalidArgument(fmt::format(
-          "the region of '{}' is {:g} to {:g}, expected the rest point's {:g} between them",
-          coordinate_names(loop.plant().description())[a], r.lower[a], r.upper[a], q));
-    for (const double end : {r.lower[a], r.upper[a]}) {
-      Vec x = loop.rest();
-      x[a] = end;
-      if (const auto why = loop.hindrance(x); !why.empty())
-        throw InvalidArgument("narrow the region: " + why);
-    }
-  }
-}
-
 }  // namespace
 
 std::vector<double> random_coordinates(const Region& r, std::mt19937_64& generator) {
@@ -266,33 +182,6 @@ bool has_quaternions(const ClosedLoop& loop) {
   for (const auto& b : loop.description().blocks)
     if (b.kind == phs::BlockKind::rotation) return true;
   return false;
-}
-
-std::vector<CriticalPoint> critical_points(const ClosedLoop& loop, const Region& region,
-                                           int starts) {
-  check_region_of(loop, region);
-  ShapedPotential V(loop);
-  std::mt19937_64 generator(region.seed);
-  std::vector<CriticalPoint> found;
-  Vec g, K;
-  for (int i = 0; i < starts; ++i) {
-    Vec q = random_coordinates(region, generator);
-    if (i == 0) q.assign(loop.rest().begin(), loop.rest().begin() + long(V.size()));
-    if (!V.refine(q, region) || !inside(region, q)) continue;
-    const bool known = std::any_of(found.begin(), found.end(), [&](const CriticalPoint& p) {
-      for (size_t a = 0; a < q.size(); ++a)
-        if (std::fabs(p.q[a] - q[a]) > 1e-6 * (region.upper[a] - region.lower[a])) return false;
-      return true;
-    });
-    if (known) continue;
-    V.gradient(q, g, K);
-    int descending = 0;
-    for (const double k : phs::symmetric_eigenvalues(q.size(), K)) descending += k < 0;
-    found.push_back({q, V(q), descending});
-  }
-  std::sort(found.begin(), found.end(),
-            [](const auto& a, const auto& b) { return a.value < b.value; });
-  return found;
 }
 
 Basin basin(const ClosedLoop& loop, const Region& region, int cells) {

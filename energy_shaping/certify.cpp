@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <set>
 
 #include "energy_shaping/derivatives.h"
 #include "energy_shaping/detail/basin_inputs.h"
@@ -104,6 +105,37 @@ void starts_in_basin(const ClosedLoop& loop, const CertifyOptions& o, const Basi
   }
 }
 
+/// A set of points on which V_d is flat is told as one.
+void report_points(const ClosedLoop& loop, std::vector<CriticalPoint> points, Certificate& c) {
+  const auto names = coordinate_names(loop.plant().description());
+  const size_t more = std::erase_if(points, [](const CriticalPoint& p) { return p.again; });
+  const auto minima = std::ranges::count(points, 0, &CriticalPoint::descending);
+  c.report("critical points of V_d", double(points.size()),
+           fmt::format("in the region, {} of them minima", minima));
+  std::set<size_t> flat;
+  size_t flat_sets = 0;
+  for (const auto& p : points) {
+    flat.insert(p.flat.begin(), p.flat.end());
+    flat_sets += !p.flat.empty();
+  }
+  if (!flat.empty()) {
+    std::string along;
+    for (const size_t a : flat) add_to_list(along, "'" + names[a] + "'");
+    c.report("V_d is flat", double(flat.size()),
+             fmt::format("along {}: {} critical points found there count as {}; H_d does not hold "
+                         "these coordinates, a stiffness would",
+                         along, more + flat_sets, flat_sets));
+  }
+  for (size_t i = 0; i < std::min<size_t>(points.size(), 8); ++i) {
+    const CriticalPoint& p = points[i];
+    c.report(!p.flat.empty()     ? "  flat"
+             : p.descending == 0 ? "  minimum"
+             : p.descending == 1 ? "  pass"
+                                 : "  summit",
+             p.value, "V_d", {}, p.q);
+  }
+}
+
 void check_starts(const ClosedLoop& loop, const CertifyOptions& o) {
   if (o.starts.empty() && (o.periods != std::vector{0.0} || !o.plants.empty()))
     throw InvalidArgument(fmt::format("{} act in runs, and no starts are given, expected some",
@@ -132,15 +164,7 @@ Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
   held_joints(loop, c);
   double limited_from = HUGE_VAL;
   if (small) {
-    int minima = 0;
-    for (const auto& p : points) minima += p.descending == 0;
-    c.report("critical points of V_d", double(points.size()),
-             fmt::format("in the region, {} of them minima", minima));
-    for (size_t i = 0; i < std::min<size_t>(points.size(), 8); ++i)
-      c.report(points[i].descending == 0   ? "  minimum"
-               : points[i].descending == 1 ? "  pass"
-                                           : "  summit",
-               points[i].value, "V_d", {}, points[i].q);
+    report_points(loop, points, c);
     const Basin b = basin(loop, o.region, points);
     const bool empty = !(b.depth > 0);
     c.add({"basin, c - H_d(rest)",

@@ -14,6 +14,9 @@ struct CriticalPoint {
   std::vector<double> q;
   double value = 0;    ///< V_d
   int descending = 0;  ///< directions in which V_d falls: 0 a minimum, 1 a saddle
+  /// Coordinates along which V_d is flat there: points next to it are critical as well.
+  std::vector<std::size_t> flat = {};
+  bool again = false;  ///< flat as another point of the same V_d, which is not `again`
 };
 
 /// Critical points of V_d(q) = H_d(q, 0) inside the region, by Newton's method from `starts` points

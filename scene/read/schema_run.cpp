@@ -207,7 +207,8 @@ std::vector<SchemaTable> run_tables() {
         number("torque_limit", "N m (N)", "none", "of its magnitude, more than 0"),
         number("rate_limit", "rad/s (m/s)", "none", "of the rate's magnitude, more than 0"),
         number("momentum_limit", "N m s (N s)", "none",
-               "of its momentum's magnitude, as a wheel's"),
+               "of its momentum's magnitude, as a wheel's: its inertia times its inertial speed "
+               "about the axis, the base's turning included"),
         number("lower", "rad (m)", "none", "of the position"),
         number("upper", "rad (m)", "none", "of the position"),
         number("guess", "N m (N)", "0", "amplitude of a sine of one period to begin with"),

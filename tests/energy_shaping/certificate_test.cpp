@@ -90,7 +90,13 @@ TEST(Certify, AJointThatNothingHoldsIsNamed) {
   EXPECT_EQ(free.item("run, continuous").finding, Finding::holds) << "wherever joint_2 stops";
   EXPECT_NE(free.item("directions without stiffness").text.find("joint_2; nothing holds joint_2"),
             std::string::npos);
+  // The rest point is one of a line of critical points, which is told as one.
+  EXPECT_EQ(free.item("critical points of V_d").value, 1);
+  EXPECT_TRUE(free.item("V_d is flat").text.starts_with("along 'joint_2': ")) << free.text();
+  EXPECT_TRUE(free.has("  flat"));
   const auto held = certificate(8);
+  EXPECT_FALSE(held.has("V_d is flat")) << held.text();
+  EXPECT_TRUE(held.has("  minimum"));
   EXPECT_TRUE(held.holds()) << held.text();
   EXPECT_FALSE(held.has("run, continuous, injected")) << "no hold and no limit puts anything in";
 }
@@ -417,6 +423,20 @@ TEST(Modes, ThatGrowSaySo) {
   EXPECT_EQ(c.item("modes").text,
             "rad/s, the slowest; 1 rad/s (damping ratio -0.6), 3 rad/s (grows), 4 rad/s");
   EXPECT_FALSE(c.has("hardly damped"));
+  EXPECT_EQ(c.item("unstable").value, -1) << "the fastest, of 3 rad/s";
+  EXPECT_TRUE(
+      c.item("unstable").text.starts_with("damping ratio of the mode at 3 rad/s: it grows"));
+}
+
+/// Rounding of an eigenvalue is no growth, a millionth of it is.
+TEST(Modes, ThatGrowByRoundingAreHardlyDamped) {
+  for (const auto& [real, grows] : {std::pair{1e-12, false}, {0.0, false}, {1e-6, true}}) {
+    Certificate c;
+    const std::vector<std::complex<double>> s{{-1, 0}, {real, -1}, {real, 1}};
+    report_modes(c, s);
+    EXPECT_EQ(c.has("unstable"), grows) << real;
+    EXPECT_EQ(c.has("hardly damped"), !grows) << real;
+  }
 }
 
 /// The steps of the plant do not fail, but its energy is no number.

@@ -208,7 +208,8 @@ ControllerType wheel_attitude_controller() {
                 "[time, w, x, y, z]: other attitudes, each from its time on; of a sampled law"),
            number("limit", "N m", "none", "largest torque of each wheel"),
            number("momentum_limit", "N m s", "none",
-                  "largest momentum of each wheel, its inertia times its speed; of a sampled law")},
+                  "largest momentum of each wheel, its inertia times its inertial speed about the "
+                  "axis, the base's turning included; of a sampled law")},
           {},
           read_wheel_attitude};
 }
