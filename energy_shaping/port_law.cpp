@@ -22,6 +22,31 @@ struct LoopLaw {
   }
 };
 
+/// A law as it is, which tells the limit that it keeps.
+class LimitedLaw final : public phs::Law, public phs::WithLimit {
+ public:
+  LimitedLaw(phs::LawPtr law, double limit) : law_(std::move(law)), limit_(limit) {}
+#define PORTHOS_EVALUATE(T)                                                               \
+  void operator()(const T& t, std::span<const T> x, std::span<const T> y, std::span<T> u) \
+      const override {                                                                    \
+    (*law_)(t, x, y, u);                                                                  \
+  }
+  PORTHOS_FOR_EACH_SCALAR(PORTHOS_EVALUATE)
+#undef PORTHOS_EVALUATE
+  std::string hindrance(std::span<const double> x) const override { return law_->hindrance(x); }
+  double limit() const override { return limit_; }
+
+ private:
+  phs::LawPtr law_;
+  double limit_;
+};
+
+/// A law with gains, whose derivatives runs have, stays as it is.
+phs::LawPtr telling_its_limit(const PortLaw& l) {
+  if (!(l.limit < HUGE_VAL) || dynamic_cast<const phs::WithGains*>(l.law.get())) return l.law;
+  return std::make_shared<LimitedLaw>(l.law, l.limit);
+}
+
 }  // namespace
 
 PortLaw* law_of(std::vector<PortLaw>& laws, const phs::Description& plant, int input) {
@@ -54,8 +79,8 @@ phs::Network& control(phs::Network& network, const std::string& name, const std:
                           " ports and has an encoder, which belongs to one: expected each port's "
                           "law in a Network::control of its own");
   for (const auto& l : laws)
-    network.control(laws.size() == 1 ? name : name + "." + l.port, member + "." + l.port, l.law,
-                    how);
+    network.control(laws.size() == 1 ? name : name + "." + l.port, member + "." + l.port,
+                    telling_its_limit(l), how);
   return network;
 }
 

@@ -129,7 +129,8 @@ std::vector<PortLaw> port_laws(std::shared_ptr<const ClosedLoop> loop,
                                std::vector<double> limits = {});
 
 /// Puts laws on the ports of a member of a network. Rows in the ledger: `name`, and `name`.hold of
-/// a sampled one; with several ports `name`.<port> and `name`.<port>.hold.
+/// a sampled one; with several ports `name`.<port> and `name`.<port>.hold. The network knows the
+/// limits (NetworkModel::limited).
 /// @throws InvalidArgument as Network::control does; an encoder, as it belongs to one port
 phs::Network& control(phs::Network& network, const std::string& name, const std::string& member,
                       const std::vector<PortLaw>& laws, const phs::Network::Control& how = {});

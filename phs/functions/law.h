@@ -47,6 +47,13 @@ class WithGains {
                           std::span<const Dual> y, std::span<Dual> u) const = 0;
 };
 
+/// A second base class of a law that keeps a limit of its own.
+class WithLimit {
+ public:
+  virtual ~WithLimit() = default;
+  virtual double limit() const = 0;  ///< |u| at most, at a port of one number
+};
+
 /// The hindrance of a law that is meant for every state: none.
 inline std::string no_hindrance(std::span<const double>) { return {}; }
 

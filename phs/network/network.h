@@ -186,6 +186,16 @@ class NetworkModel : public ModelFor<NetworkModel>, public WithInstants {
   std::vector<std::string> stories(std::span<const double> memory, double since) const;
   /// Why a law is not meant for a state, with the controller's name; empty: all are.
   std::string hindrance(const State& state) const;
+  /// A law that keeps a limit, and the part of the network's state that it sees.
+  struct Limited {
+    std::string controller;
+    LawPtr law;
+    double limit;  ///< |u| at most
+    size_t at, size;
+  };
+  /// Of the laws that know their limit (WithLimit), but for those with a gate, which are made to be
+  /// at it.
+  std::vector<Limited> limited() const;
   /// How many gates wait for what they are there for; nothing: there are no gates.
   std::optional<int> waiting(std::span<const double> memory) const;
   /// The Casimirs.

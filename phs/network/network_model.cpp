@@ -55,6 +55,16 @@ std::string NetworkModel::hindrance(const State& state) const {
   return {};
 }
 
+std::vector<NetworkModel::Limited> NetworkModel::limited() const {
+  std::vector<Limited> list;
+  for (const auto& c : plan_->controls)
+    if (const auto* law = dynamic_cast<const WithLimit*>(c.law.get()); law && !c.gate) {
+      const auto [at, size] = plan_->seen(c);
+      list.push_back({c.name, c.law, law->limit(), at, size});
+    }
+  return list;
+}
+
 std::optional<int> NetworkModel::waiting(std::span<const double> memory) const {
   std::optional<int> count;
   each_gate(*plan_, memory, [&](const Gate& gate, std::span<const double> own) {

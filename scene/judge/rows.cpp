@@ -64,6 +64,7 @@ void tell_of_rows(RunReport& r, const Rows& rows, const Numbers& errors) {
     for (const double error : at_equal_intervals(rows, errors, from, to)) s.add(error);
   set_growth(e, s, rows.step, e.scale_J);
   e.jump_s += rows.t[from] - rows.t[0];
+  if (s.count() == 0) e.unknown = GrowthUnknown::unequal_rows;
   double shortest = rows.interval(1), longest = shortest;
   for (size_t i = 2; i < rows.t.size(); ++i) {
     shortest = std::min(shortest, rows.interval(i));
@@ -81,9 +82,9 @@ void tell_of_rows(RunReport& r, const Rows& rows, const Numbers& errors) {
     return;
   }
   r.notes.push_back(
-      fmt::format("{} ({:.3g} to {:.3g} s), which do not tell how the error grows: "
-                  "expected rows that are written at equal intervals",
-                  unequal_rows, shortest, longest));
+      fmt::format("the rows are at unequal intervals ({:.3g} to {:.3g} s), which do not tell how "
+                  "the error grows: expected rows that are written at equal intervals",
+                  shortest, longest));
 }
 
 void note_one_row(RunReport& r, const Rows& rows, const Numbers& errors) {

@@ -43,6 +43,14 @@ struct SoftLimits {
   void operator()(const Element& e, const JointElement& at) const;
 };
 
+/// `Element::add` of smoothed friction, force(rate).
+struct SmoothedFriction {
+  phs::FunctionPtr law;
+
+  /// @throws InvalidArgument unless the place is one freedom
+  void operator()(const Element& e, const JointElement& at) const;
+};
+
 /// An element that acts at a joint of the model, or on links: an [[element]] of the scene,
 /// docs/scene.md. Its types are the files of elements/.
 struct Element {

@@ -65,13 +65,24 @@ void EndRates::see(const phs::State& before, const phs::State& after, double h) 
   }
 }
 
+bool EndRates::rests(size_t k) const {
+  const double* const m = memory_.data() + entries * k;
+  return m[still] >= fewest && m[still] > 0.25 * m[told];
+}
+
+bool EndRates::ring() const {
+  for (size_t k = 0; k < joints_.size(); ++k)
+    if (rests(k)) return true;
+  return false;
+}
+
 void EndRates::fill(RunReport& r) const {
   const Joint* worst = nullptr;
   const double* of = nullptr;
   int more = -1;
   for (size_t k = 0; k < joints_.size(); ++k) {
     const double* const m = memory_.data() + entries * k;
-    if (!(m[still] >= fewest) || !(m[still] > 0.25 * m[told])) continue;
+    if (!rests(k)) continue;
     ++more;
     if (worst && m[rate] <= of[rate]) continue;
     worst = &joints_[k];

@@ -26,6 +26,7 @@ class EndRates {
   /// there; names the fastest. An undamped oscillation of which a step takes a multiple of half a
   /// period does so too, if its steps begin where it passes the middle.
   void fill(RunReport& report) const;
+  bool ring() const;  ///< whether there is such a joint
 
   /// Four numbers a joint.
   const std::vector<double>& memory() const { return memory_; }
@@ -39,6 +40,7 @@ class EndRates {
     std::optional<size_t> turn;  ///< none: a slide
   };
   void find_rates(const phs::State& s);
+  bool rests(size_t joint) const;  ///< at more than a quarter of the steps seen
   const mechanics::Mechanism* mechanism_ = nullptr;
   std::optional<mechanics::Workspace<double>> workspace_;
   std::vector<Joint> joints_;

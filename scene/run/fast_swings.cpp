@@ -68,11 +68,15 @@ void FastSwings::fill(RunReport& report) const {
       names += fmt::format("{}'{}'", names.empty() ? "" : ", ", j.name);
   if (count == 0) return;
   if (count > most_told) names += fmt::format(" and {} more", count - most_told);
+  const bool each_step = apart_ < 1.5 * report.step_s;
   report.notes.push_back(fmt::format(
       "records every {:.4g} s are too far apart for the swings of {}, whose pictures and films "
-      "mislead: take a smaller record_every{}",
+      "mislead: take {}",
       apart_, names,
-      layout_.watched.empty() ? "" : "; the least and largest are in minimum/ and maximum/"));
+      each_step                 ? "a smaller step, which is recorded each time"
+      : layout_.watched.empty() ? "a smaller record_every"
+                                : "a smaller record_every; the least and largest are in minimum/ "
+                                  "and maximum/"));
 }
 
 }  // namespace porthos::scene

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "scene/run/spring_ranges.h"
-
 namespace porthos::scene {
 namespace {
 
@@ -18,11 +16,22 @@ struct Told {
   std::string of_bounded = {};  ///< where an error above rounding that stays bounded comes from
   std::string what_to_do = {};  ///< about one that grows
   std::string of_jump = {};     ///< what a jump tells
-  bool unequal = false;
 };
 
-constexpr const char* too_few =
-    "has too few records or swings, or too much scatter, to tell how it grows";
+const char* words(GrowthUnknown why) {
+  switch (why) {
+    case GrowthUnknown::few_records:
+      return "has too few records to tell how it grows, expected 33 or more";
+    case GrowthUnknown::few_swings:
+      return "has too few swings to tell how it grows, expected a longer run";
+    case GrowthUnknown::scatter:
+      return "scatters too much from record to record to tell how it grows";
+    case GrowthUnknown::unequal_rows:
+      return "is known at unequal intervals, which do not tell how it grows";
+    default:
+      return "does not tell how it grows";
+  }
+}
 
 std::string words(const EnergyReport& e, const Told& told) {
   constexpr double unit = std::numeric_limits<double>::epsilon();
@@ -45,7 +54,7 @@ std::string words(const EnergyReport& e, const Told& told) {
   if (!std::isfinite(g)) {
     if (drifts) return "drifts " + rate + but;
     if (e.swings_grow() && !rounding) return swings;
-    return told.unequal ? "is known at unequal intervals, which do not tell how it grows" : too_few;
+    return words(e.unknown);
   }
   const std::string exponent = fmt::format(" (growth exponent {:.2f})", g);
   if (g >= 0.75)
@@ -78,6 +87,14 @@ std::string what_to_do(const RunReport& r) {
                       : question;
 }
 
+/// What a jump tells, beside the limit of the energy error; 0: none.
+std::string of_jump(const RunReport& r, double limit) {
+  constexpr double far = 100;
+  const double below = limit / std::fabs(r.energy.jump);
+  if (below >= far) return fmt::format(", {:.2g} times below the limit", below);
+  return r.method == "recorded" ? "" : ": the motion is not resolved there";
+}
+
 }  // namespace
 
 void set_growth(EnergyReport& e, const ErrorStatistics& s, double interval, double scale) {
@@ -85,6 +102,7 @@ void set_growth(EnergyReport& e, const ErrorStatistics& s, double interval, doub
   e.drift_is_significant = s.drift_is_significant();
   e.swing_growth = s.swing_growth();
   e.slows = s.slows();
+  e.unknown = s.unknown();
   constexpr const char* then[] = {"", "stays there", "comes back", "has others beside it"};
   const auto jump = s.jump();
   const bool jumps = jump.kind != ErrorStatistics::Jump::none;
@@ -95,10 +113,8 @@ void set_growth(EnergyReport& e, const ErrorStatistics& s, double interval, doub
 
 std::string growth_words(const RunReport& r) {
   const bool recorded = r.method == "recorded";
-  const bool fails =
-      std::ranges::any_of(r.checks, [](const Check& c) { return c.name == "energy" && !c.pass; });
-  const bool kinks = std::ranges::any_of(
-      r.notes, [](const auto& n) { return n.find(kinks_cost_order) != std::string::npos; });
+  const auto judged = std::ranges::find(r.checks, "energy", &Check::name);
+  const bool fails = judged != r.checks.end() && !judged->pass;
   return words(
       r.energy,
       {.steps = double(r.steps),
@@ -108,14 +124,12 @@ std::string growth_words(const RunReport& r) {
                          ? ": the truncation of the method, expected a shorter step or a method of "
                            "higher order"
                          : ": the truncation of the method",
-       .what_to_do = recorded || kinks ? "" : what_to_do(r),
-       .of_jump = recorded ? "" : ": the motion is not resolved there",
-       .unequal = std::ranges::any_of(r.notes,
-                                      [](const auto& n) { return n.starts_with(unequal_rows); })});
+       .what_to_do = recorded || r.energy.kinks ? "" : what_to_do(r),
+       .of_jump = of_jump(r, judged != r.checks.end() ? judged->limit : 0)});
 }
 
 std::string growth_words(const ErrorStatistics& s) {
-  if (s.count() == 0) return too_few;
+  if (s.count() == 0) return words(GrowthUnknown::few_records);
   EnergyReport e;
   e.max_rel_error = s.max_abs();
   set_growth(e, s, 1);

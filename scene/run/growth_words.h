@@ -6,9 +6,6 @@
 
 namespace porthos::scene {
 
-/// Begins the note of a run whose rows are at unequal intervals.
-inline constexpr const char* unequal_rows = "the rows are at unequal intervals";
-
 /// What is known of the growth of an error, but for its rate.
 /// @param interval  of the records [s]
 /// @param scale     to which the reported errors are relative

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "phs/network/network.h"
 #include "scene/assemble/assembly.h"
 #include "scene/run/run_report.h"
 
@@ -14,9 +15,30 @@ void LawLimits::Count::add(double time) {
 }
 
 LawLimits::LawLimits(const Assembly& assembly, const RecordLayout& layout)
-    : assembly_(assembly), layout_(layout), laws_(assembly.hindered.size()), turns_(layout.turns) {
+    : layout_(layout), turns_(layout.turns) {
+  const auto size = [](const phs::Model& m) { return size_t(m.description().nx); };
+  for (const auto& [controller, l] : assembly.hindered)
+    laws_.push_back({fmt::format("controller '{}' at {}", controller, l.port),
+                     l.law,
+                     l.limit,
+                     l.hindrance,
+                     0,
+                     size(*assembly.mechanical),
+                     {},
+                     {}});
+  if (!assembly.mechanical)
+    if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&assembly.internal()))
+      for (auto& l : network->limited())
+        laws_.push_back({fmt::format("controller '{}'", l.controller),
+                         std::move(l.law),
+                         l.limit,
+                         {},
+                         l.at,
+                         l.size,
+                         {},
+                         {}});
   if (!any()) return;
-  x_.resize(size_t(assembly.mechanical->description().nx));
+  x_.resize(size(assembly.mechanical ? *assembly.mechanical : *assembly.model));
   for (const auto& b : assembly.model->description().blocks)
     if (b.kind == phs::BlockKind::angle) angles_.push_back(size_t(b.at));
 }
@@ -28,39 +50,42 @@ void LawLimits::see(std::span<const double> record) {
   for (size_t i = 0; i < x_.size(); ++i) x_[i] = record[layout_.x() + i];
   for (size_t k = 0; k < angles_.size(); ++k)
     if (angles_[k] < x_.size()) x_[angles_[k]] += phs::two_pi_hi * double(turns_[k]);
-  for (size_t k = 0; k < laws_.size(); ++k) {
-    const energy_shaping::PortLaw& l = assembly_.hindered[k].law;
-    Watched& w = laws_[k];
-    if (const char* why = l.hindrance ? l.hindrance(x_) : nullptr) {
+  for (Watched& w : laws_) {
+    const auto x = seen_by(w);
+    if (const char* why = w.hindered ? w.hindered(x) : nullptr) {
       w.hindrance.add(time);
       w.why = why;
-    } else if (l.limit < HUGE_VAL) {
+    } else if (w.most < HUGE_VAL) {
       double u = 0;
-      (*l.law)(time, std::span<const double>(x_), {}, std::span(&u, 1));
-      if (std::fabs(u) >= l.limit) w.limit.add(time);
+      (*w.law)(time, x, {}, std::span(&u, 1));
+      if (std::fabs(u) >= w.most) w.limit.add(time);
     }
   }
   ++records_;
 }
 
+std::string LawLimits::share(const Count& count) const {
+  return count.records == records_
+             ? "all"
+             : fmt::format("{:.2g} % of the", 100.0 * double(count.records) / double(records_));
+}
+
 void LawLimits::note(RunReport& report, const std::string& law, const Count& count,
                      const std::string& what) const {
   if (count.records == 0) return;
-  report.notes.push_back(fmt::format(
-      "{} {} at {} records, first at {:.6g} s: its certificate does not hold there", law, what,
-      count.records == records_
-          ? "all"
-          : fmt::format("{:.2g} % of the", 100.0 * double(count.records) / double(records_)),
-      count.first));
+  report.notes.push_back(
+      fmt::format("{} {} at {} records, first at {:.6g} s: its certificate does not hold there",
+                  law, what, share(count), count.first));
 }
 
 void LawLimits::fill(RunReport& report) const {
-  for (size_t k = 0; k < laws_.size(); ++k) {
-    const auto& [controller, law] = assembly_.hindered[k];
-    const std::string name = fmt::format("controller '{}' at {}", controller, law.port);
-    note(report, name, laws_[k].limit,
-         fmt::format("asks for more than its limit of {:.4g}", law.limit));
-    note(report, name, laws_[k].hindrance, laws_[k].why ? laws_[k].why : "");
+  for (const Watched& w : laws_) {
+    note(report, w.name, w.limit, fmt::format("asks for more than its limit of {:.4g}", w.most));
+    note(report, w.name, w.hindrance, w.why ? w.why : "");
+    if (report.outcome == integrators::Outcome::failed && !report.trouble.empty() &&
+        w.limit.records > 0 && !w.law->hindrance(seen_by(w)).empty())
+      report.trouble += fmt::format(
+          ", or first a limit above {:.4g}, at which it was at {} records", w.most, share(w.limit));
   }
 }
 

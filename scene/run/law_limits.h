@@ -1,9 +1,11 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "phs/functions/law.h"
 #include "scene/run/record_log.h"
 
 namespace porthos::scene {
@@ -15,12 +17,13 @@ struct RunReport;
 /// not defined. What a certificate says of a law does not hold there.
 class LawLimits {
  public:
-  /// The assembly must outlive it.
+  /// Of the controllers of a scene, and of those of a network that is a model of the user's own.
   LawLimits(const Assembly& assembly, const RecordLayout& layout);
   bool any() const { return !laws_.empty(); }
   /// Adds a record, a row of the layout: an evaluation of each law.
   void see(std::span<const double> record);
-  /// Adds a note for each law that was hindered.
+  /// Adds a note for each law that was hindered. Of one whose run ended where it is not meant to be
+  /// after it was at its limit, the trouble names the limit.
   void fill(RunReport& report) const;
 
  private:
@@ -30,18 +33,26 @@ class LawLimits {
     void add(double time);
   };
   struct Watched {
+    std::string name;  ///< "controller 'swing' at elbow.torque"
+    phs::LawPtr law;
+    double most;  ///< its limit
+    std::function<const char*(std::span<const double>)> hindered;
+    size_t at, size;  ///< of the state that it sees
     Count limit, hindrance;
     const char* why = nullptr;
   };
+  std::span<const double> seen_by(const Watched& w) const {
+    return std::span(x_).subspan(w.at, w.size);
+  }
+  std::string share(const Count& count) const;
   void note(RunReport& report, const std::string& law, const Count& count,
             const std::string& what) const;
 
-  const Assembly& assembly_;
   RecordLayout layout_;
-  std::vector<Watched> laws_;  ///< as the assembly's
+  std::vector<Watched> laws_;
   std::vector<size_t> angles_;
   std::vector<std::int64_t> turns_;
-  std::vector<double> x_;
+  std::vector<double> x_;  ///< of the last record
   std::int64_t records_ = 0;
 };
 

@@ -205,8 +205,8 @@ void PhaseSequence::happen(const Event& e) {
     without_limits(now);
   }
   const bool was_on_ground = on_ground(moving_);
+  std::erase(waiting_, &e);  // also one that is impossible
   const auto impact = apply_one(scene_, now, moving_, latching_, orbit_);
-  std::erase(waiting_, &e);
   whole_.add(e, impact, was_on_ground || on_ground(moving_));
   happened_.push_back({&e, from_, impact});
   assembled_ = false;
@@ -268,7 +268,7 @@ const Phase* PhaseSequence::next() {
     const auto margin = [this, e, &near](double t, std::span<const double> x) {
       std::copy_n(x.begin(), watched_.x.size(), watched_.x.begin());
       const double now = Latching::margin(scene_, moving_, watched_, t, *e);
-      if (now > near.margin) {
+      if (t >= e->after && now > near.margin) {
         near.margin = now;
         near.time = t;
         std::copy(watched_.x.begin(), watched_.x.end(), near.x.begin());
@@ -309,10 +309,37 @@ void PhaseSequence::done(const RunReport& r) {
   happen_at_once();
 }
 
-void PhaseSequence::give_up(const std::string& why) {
+std::vector<std::string> PhaseSequence::missed() const {
+  std::vector<std::string> notes;
+  for (const Event* e : waiting_) {
+    std::string note = "it never happened: " + text(*e);
+    if (from_ < e->after) {
+      notes.push_back(note + fmt::format("; it waits from {:.6g} s on", e->after));
+      continue;
+    }
+    const std::string why = Latching::hindrance(scene_, moving_, *e);
+    if (!why.empty()) note += "; at the end of the run " + why;
+    const auto near = nearest_of_all_.find(e);
+    if (near != nearest_of_all_.end() && near->second.time < from_ && !near->second.then.empty())
+      note +=
+          fmt::format("; nearest to it at {:.6g} s, when {}", near->second.time, near->second.then);
+    notes.push_back(note);
+  }
+  return notes;
+}
+
+/// Tells of them, with their check. others: events that are missing besides
+void PhaseSequence::tell_missed(int others) {
   RunReport& r = whole_.report();
-  r.notes.push_back("the run ended before an event that was impossible: " + why);
-  r.checks.push_back({"missed_events", 1, 0, false, false});
+  const auto notes = missed();
+  r.notes.insert(r.notes.end(), notes.begin(), notes.end());
+  const double count = double(notes.size()) + others;
+  r.checks.push_back({"missed_events", count, 0, count == 0, false});
+}
+
+void PhaseSequence::give_up(const std::string& why) {
+  tell_missed(1);
+  whole_.report().notes.push_back("the run ended before an event that was impossible: " + why);
   more_ = false;
   broken_off_ = true;
 }
@@ -322,22 +349,13 @@ RunReport PhaseSequence::finish() {
   r.phases = count_;
   whole_.finish();
   if (broken_off_) return r;
-  for (const Event* e : waiting_) {
-    const std::string why = Latching::hindrance(scene_, moving_, *e);
-    std::string note = "it never happened: " + text(*e);
-    if (!why.empty()) note += "; at the end of the run " + why;
-    const Nearest& near = nearest_of_all_[e];
-    if (near.time < from_ && !near.then.empty())
-      note += fmt::format("; nearest to it at {:.6g} s, when {}", near.time, near.then);
-    r.notes.push_back(note);
-  }
   // Events at the last instant have left another mechanism, which no phase has run.
   if (!assembled_) assemble(scene_.duration);
   motors_.put_back(phase_.assembly.internal(), moving_.state);
   orbit_.put_back(moving_.state);
   r.final_state = moving_.state;
   if (std::any_of(scene_.events.begin(), scene_.events.end(), [](auto& e) { return e.waits(); }))
-    r.checks.push_back({"missed_events", double(waiting_.size()), 0, waiting_.empty(), false});
+    tell_missed();
   return r;
 }
 

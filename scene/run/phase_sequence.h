@@ -103,8 +103,11 @@ class PhaseSequence {
   /// failed is the last. @throws InvalidArgument for an event that is impossible (out of reach
   /// ...): then nothing of it has been applied, and last() is the phase before
   void done(const RunReport& phase);
-  /// Ends the run before an event that done() found impossible: a failed check, and a note of why.
+  /// Ends the run before an event that done() found impossible: a failed check, and a note of why
+  /// after those of missed().
   void give_up(const std::string& why);
+  /// A sentence on each event that still waits: what keeps it, and when it was nearest.
+  std::vector<std::string> missed() const;
   /// The report of the whole; adds the checks of the events themselves.
   RunReport finish();
 
@@ -125,6 +128,7 @@ class PhaseSequence {
   void happen_at_once();
   void assemble(double end);
   bool stopped();
+  void tell_missed(int others = 0);
 
   const Scene& scene_;
   const Assembly& whole_assembly_;
@@ -137,7 +141,8 @@ class PhaseSequence {
   WholeReport whole_;
   std::vector<Happened> happened_;
   phs::State watched_;
-  /// Where the condition of an event that waits came nearest to be met, and what kept it.
+  /// Where the condition of an event that waits came nearest to be met since it waits, and what
+  /// kept it.
   struct Nearest {
     double margin = -HUGE_VAL, time = 0;
     std::vector<double> x = {};

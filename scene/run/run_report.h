@@ -7,6 +7,7 @@
 #include "integrators/core/integrator.h"
 #include "scene/read/scene.h"
 #include "scene/run/output_summary.h"
+#include "scene/run/statistics.h"
 #include "scene/run/wheel_momentum.h"
 #include "space/ledgers.h"
 
@@ -58,8 +59,10 @@ struct EnergyReport {
   /// A jump within one record that most of the error is (ErrorStatistics): when [s], its relative
   /// size; NaN: none.
   double jump_s = std::nan(""), jump = std::nan("");
-  std::string jump_then = {};  ///< "stays there"
-  bool slows = false;          ///< ErrorStatistics
+  std::string jump_then = {};                 ///< "stays there"
+  bool slows = false;                         ///< ErrorStatistics
+  GrowthUnknown unknown = GrowthUnknown::no;  ///< why growth_exponent is NaN
+  bool kinks = false;  ///< springs whose derivatives jump make more of it than passes
   /// By more than that of a bounded error is ever seen to rise from part to part.
   bool swings_grow() const { return swing_growth >= 2; }
 };
@@ -121,7 +124,9 @@ struct RunReport {
   std::vector<double>
       held;  ///< memory of the sampled controllers there, in the order of Model::holds()
   bool own_slopes = false;  ///< energies may have slopes of the user's own: a model of theirs
-  Named delivered;          ///< the most net energy each controller has given until any time [J]
+  /// The places of two notes that each phase has and the whole makes anew; -1: none.
+  std::int16_t delivered_note = -1, newton_note = -1;
+  Named delivered;  ///< the most net energy each controller has given until any time [J]
   /// fail: the run did not reach its end, or a check does not hold. not_judged: none of the checks
   /// could have detected a wrong motion, or one is undecided.
   Verdict verdict() const;

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mechanics/hamiltonian_field.h"
 #include "scene/assemble/assembly.h"
+#include "scene/run/lone_inertia.h"
 #include "scene/run/run_report.h"
 #include "scene/run/verdict.h"
 
@@ -49,7 +49,6 @@ ShortestContact shortest_contact(const Scene& scene, const Assembly& a, const ph
   const auto q = std::span(s.x).first(nq);
   mechanics::rates_from_momenta<double>(m, w, q, std::span(s.x).subspan(nq, nq));
   const auto rates = w.rate;
-  std::vector<double> unit(nq);
   size_t turn = 0;
   for (const auto& c : m.coordinates()) {
     const size_t at = size_t(c.q), v = size_t(c.v);
@@ -58,10 +57,7 @@ ShortestContact shortest_contact(const Scene& scene, const Assembly& a, const ph
     for (const Element& e : scene.elements) {
       const auto stop = e.joint == c.name ? soft_stop(e, m) : std::nullopt;
       if (!stop || c.nq != 1 || !wanted(*stop, e, z, rates[v])) continue;
-      unit[at] = 1;
-      mechanics::rates_from_momenta<double>(m, w, q, unit);
-      unit[at] = 0;
-      const double inertia = 1 / w.rate[v],
+      const double inertia = lone_inertia(m, w, q, c),
                    tenth = 0.1 * contact::contact_time(stop->law, inertia, std::fabs(rates[v]));
       if (tenth < best.tenth) best = {e.name, tenth};
     }

@@ -63,9 +63,12 @@ void SpringRanges::see(std::span<const double> record) {
 
 void SpringRanges::fill(RunReport& report) const {
   report.notes.insert(report.notes.end(), remarks_.begin(), remarks_.end());
-  if (!kinks_.empty() && report.energy.max_rel_error > most_)
+  report.energy.kinks = !kinks_.empty() && report.energy.max_rel_error > most_;
+  if (report.energy.kinks)
     report.notes.push_back(
-        fmt::format("{}, {}; the spring itself makes no energy", kinks_.front(), kinks_cost_order));
+        fmt::format("{}, so a method needs smaller steps than for a formula without kinks, or is "
+                    "gonzalez or auto; the spring itself makes no energy",
+                    kinks_.front()));
   for (const Range& r : ranges_)
     if (r.first >= 0)
       report.notes.push_back(fmt::format(

@@ -12,10 +12,6 @@ struct Scene;
 struct Assembly;
 struct RunReport;
 
-/// Part of the note on a spring whose derivatives jump.
-inline constexpr const char* kinks_cost_order =
-    "so a method needs smaller steps than for a formula without kinks, or is gonzalez or auto";
-
 /// Whether the springs of actuators stay where their energies are known, from the records of a run:
 /// σ in its range where no stop keeps it there, with [run] extrema at all steps; the deflection in
 /// the range that was measured, at the records.

@@ -14,8 +14,20 @@ constexpr size_t fewest_parts = 9;
 constexpr size_t fewest_levels = 3;
 constexpr double fewest_records = 4;  // of a part whose scatter counts
 constexpr double steep = 0.75;        // a slope as of a drift
+constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+/// As GrowthUnknown.
+constexpr const char* reasons[] = {"", "few records", "few swings", "scatter", "unequal rows"};
 
 }  // namespace
+
+const char* to_string(GrowthUnknown why) { return reasons[size_t(why)]; }
+
+GrowthUnknown growth_unknown(std::string_view text) {
+  for (size_t k = 0; k < std::size(reasons); ++k)
+    if (text == reasons[k]) return GrowthUnknown(k);
+  throw InvalidArgument("'" + std::string(text) +
+                        "' is no reason why a growth is unknown, expected one as \"few records\"");
+}
 
 void ErrorStatistics::Parts::add(double error) {
   sum += error;
@@ -150,17 +162,18 @@ bool ErrorStatistics::slows() const {
   return in_part < little * parts_.variance(0, n) && power_of_means() < steep;
 }
 
-double ErrorStatistics::growth_exponent() const {
-  if (jump().kind != Jump::none) return std::numeric_limits<double>::quiet_NaN();
-  if (slows()) return power_of_means();
+ErrorStatistics::Growth ErrorStatistics::growth() const {
+  if (jump().kind != Jump::none) return {not_known};
+  if (slows()) return {power_of_means()};
   const Course c = course();
-  if (c.kind != Course::unknown) return c.exponent;
-  if (!levels_.empty() && levels_[0].count > 0 && !(levels_[0].sum_of_squares > 0)) return 0;
-  const double slope = slope_of_increments();
+  if (c.kind != Course::unknown) return {c.exponent};
+  if (!levels_.empty() && levels_[0].count > 0 && !(levels_[0].sum_of_squares > 0)) return {0};
+  const Growth slope = slope_of_increments();
   // Noise of single records, or a long swing under short ones: the scatter says more.
   constexpr double bounded = 0.25, hardly_any = 0.15;
-  return slope < bounded && c.exponent > hardly_any ? std::numeric_limits<double>::quiet_NaN()
-                                                    : slope;
+  if (slope.exponent < bounded && c.exponent > hardly_any)
+    return {not_known, GrowthUnknown::scatter};
+  return slope;
 }
 
 size_t ErrorStatistics::first_level() const {
@@ -173,7 +186,7 @@ size_t ErrorStatistics::first_level() const {
   return 0;
 }
 
-double ErrorStatistics::slope_of_increments() const {
+ErrorStatistics::Growth ErrorStatistics::slope_of_increments() const {
   // Slope of y = ½ log S_j over x = j log 2.
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, net = 0, gross = 0;
   for (size_t j = first_level(); j < levels_.size(); ++j) {
@@ -191,8 +204,9 @@ double ErrorStatistics::slope_of_increments() const {
   }
   const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
   // A few swings of a bounded error look like a drift while they rise, but come back.
-  const bool swings = slope > steep && net < 0.5 * gross;
-  return n < double(fewest_levels) || swings ? std::numeric_limits<double>::quiet_NaN() : slope;
+  if (n < double(fewest_levels)) return {not_known, GrowthUnknown::few_records};
+  if (slope > steep && net < 0.5 * gross) return {not_known, GrowthUnknown::few_swings};
+  return {slope};
 }
 
 bool ErrorStatistics::drift_is_significant() const { return jump().kind == Jump::none && drifts(); }

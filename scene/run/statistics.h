@@ -2,9 +2,16 @@
 #include <algorithm>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace porthos::scene {
+
+/// Why it is not known how an error grows. no: it is known, or a jump is told in its place.
+enum class GrowthUnknown : unsigned char { no, few_records, few_swings, scatter, unequal_rows };
+const char* to_string(GrowthUnknown why);  ///< "few records"; of `no` it is empty
+/// @throws InvalidArgument for another text
+GrowthUnknown growth_unknown(std::string_view text);
 
 /// Statistics of a series of errors at equal intervals of time. O(log n) memory for n records.
 ///
@@ -47,7 +54,9 @@ class ErrorStatistics {
   /// of its increments of the last level, had they one sign, are left at the end; and for one below
   /// 0.25 where the scatter grows with the length by an exponent above 0.15, as of a walk under
   /// noise. NaN for a jump(). Of a series that slows() the exponent of its distance from the start.
-  double growth_exponent() const;
+  double growth_exponent() const { return growth().exponent; }
+  /// Why it is NaN: few_records, few_swings or scatter.
+  GrowthUnknown unknown() const { return growth().unknown; }
 
   /// Whether the records, or their means over parts of the series, have gone further than a random
   /// walk or an oscillation goes. false for an error that settles or jumps.
@@ -102,7 +111,12 @@ class ErrorStatistics {
   };
   Course course() const;
   bool monotone() const;  ///< the means of the parts, at least 9
-  double slope_of_increments() const;
+  struct Growth {
+    double exponent;
+    GrowthUnknown unknown = GrowthUnknown::no;
+  };
+  Growth growth() const;
+  Growth slope_of_increments() const;
   bool drifts() const;
   /// log2 of how much farther the means are from the start at the end than half way.
   double power_of_means() const;

@@ -88,6 +88,8 @@ Json energy(const RunReport& r) {
           {"jump", e.jump},
           {"jump_then", e.jump_then},
           {"slows", e.slows},
+          {"growth_unknown", to_string(e.unknown)},
+          {"kinks", e.kinks},
           {"growth", growth_words(r)}};
 }
 
@@ -283,6 +285,8 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["not_applicable"] = not_applicable(r);
   j["verdict"] = to_string(r.verdict());
   j["notes"] = r.notes;
+  if (r.delivered_note >= 0) j["delivered_note"] = r.delivered_note;
+  if (r.newton_note >= 0) j["newton_note"] = r.newton_note;
   j["model_notes"] = model_notes(assembly);
   if (!assembly.certificates.empty()) j["certificates"] = certificates(assembly);
   for (const auto& [name, value] : provenance(scene)) j["provenance"][name] = value;

@@ -2,6 +2,7 @@
 
 #include "phs/network/network.h"
 #include "scene/run/limit_notes.h"
+#include "scene/run/smoothed_friction.h"
 #include "scene/run/soft_stops.h"
 #include "scene/run/verdict.h"
 #include "scene/run/watched_run.h"
@@ -144,6 +145,7 @@ void WatchedRun::judge(RunReport& r) const {
   advise_at_soft_stops(r, scene_, assembly_, state_);
   scene::judge(r, scene_, integrator_->declaration(), meter_);
   note_soft_limits(r, scene_, assembly_, state_);
+  note_smoothed_friction(r, scene_, assembly_, state_, end_rates_.ring());
 }
 
 }  // namespace porthos::scene

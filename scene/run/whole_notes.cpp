@@ -8,8 +8,6 @@
 namespace porthos::scene {
 namespace {
 
-constexpr const char* on_newton = "fixed-point iteration did not suffice for all equations: ";
-constexpr const char* on_delivered = "net energy delivered by controllers: ";
 constexpr int most_starts = 3;  // told of one kind
 
 bool newton_matters(const RunReport& r) {
@@ -46,19 +44,23 @@ void note_delivered(RunReport& r) {
   std::string givers;
   for (const auto& [name, joule] : r.delivered)
     if (joule > least) add_to_list(givers, fmt::format("'{}' up to {:.3g} J", name, joule));
-  if (!givers.empty())
-    r.notes.push_back(
-        fmt::format("{}{}: not passive unless stored at the start", on_delivered, givers));
+  if (givers.empty()) return;
+  r.delivered_note = std::int16_t(r.notes.size());
+  r.notes.push_back(fmt::format(
+      "net energy delivered by controllers: {}: not passive unless stored at the start", givers));
 }
 
 void note_newton(RunReport& r, const std::string& remark) {
-  if (newton_matters(r)) r.notes.push_back(on_newton + remark);
+  if (!newton_matters(r)) return;
+  r.newton_note = std::int16_t(r.notes.size());
+  r.notes.push_back("fixed-point iteration did not suffice for all equations: " + remark);
 }
 
 void PhaseNotes::add(RunReport& whole, const RunReport& phase, double from) {
-  for (const std::string& n : phase.notes) {
-    if (n.starts_with(on_delivered)) continue;
-    if (n.starts_with(on_newton)) {
+  for (size_t i = 0; i < phase.notes.size(); ++i) {
+    const std::string& n = phase.notes[i];
+    if (long(i) == phase.delivered_note) continue;
+    if (long(i) == phase.newton_note) {
       if (newton_.empty()) newton_ = fmt::format("from {:g} s: {}", from, n);
       continue;
     }
@@ -82,6 +84,7 @@ void PhaseNotes::finish(RunReport& whole) {
   if (!newton_.empty() && newton_matters(whole)) whole.notes.push_back(newton_);
   // First, as the last of a phase may tell why the run ended.
   std::rotate(whole.notes.begin(), whole.notes.begin() + phases, whole.notes.end());
+  whole.delivered_note = -1;  // it is no phase
 }
 
 }  // namespace porthos::scene

@@ -87,7 +87,9 @@ void WholeReport::add_energy(const EnergyReport& p, double from, bool first) {
     e.jump_s = p.jump_s + from;
     e.jump = p.jump;
     e.jump_then = p.jump_then;
+    e.unknown = p.unknown;
   }
+  e.kinks |= p.kinks;
   e.scale_J = std::max(e.scale_J, p.scale_J);
   for (const auto& [name, joule] : p.scale_parts) {
     double& largest = entry(e.scale_parts, name);
@@ -96,7 +98,8 @@ void WholeReport::add_energy(const EnergyReport& p, double from, bool first) {
   e.max_abs_error_J = std::max(e.max_abs_error_J, p.max_abs_error_J);
   for (const auto at :
        {&EnergyReport::max_rel_error, &EnergyReport::rms_rel_error, &EnergyReport::growth_exponent})
-    e.*at = std::fmax(e.*at, p.*at);  // not a number: too few records
+    e.*at = std::fmax(e.*at, p.*at);  // not a number: see EnergyReport::unknown
+  if (std::isfinite(e.growth_exponent)) e.unknown = GrowthUnknown::no;
   if (std::fabs(p.drift_per_s) > std::fabs(e.drift_per_s)) e.drift_per_s = p.drift_per_s;
   e.drift_is_significant |= p.drift_is_significant;
   e.swing_growth = std::max(e.swing_growth, p.swing_growth);

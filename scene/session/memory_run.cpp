@@ -56,8 +56,16 @@ RunReport run_one(const Scene& scene, const Assembly& assembly,
 RunReport run_in_memory(PhaseSequence& phases, const MemoryOptions& o) {
   MemoryOptions of_phase = o;
   of_phase.progress = {};
-  while (const Phase* p = phases.next())
-    phases.done(run_one(p->scene, p->assembly, p->until, of_phase));
+  while (const Phase* p = phases.next()) {
+    const RunReport r = run_one(p->scene, p->assembly, p->until, of_phase);
+    try {
+      phases.done(r);
+    } catch (const InvalidArgument& why) {
+      std::string all = why.what();
+      for (const std::string& missed : phases.missed()) all += "; before that " + missed;
+      throw InvalidArgument(all);
+    }
+  }
   return phases.finish();
 }
 

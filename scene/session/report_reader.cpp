@@ -22,6 +22,11 @@ std::int64_t count(const Json& j) {
   if (j.is_number_float()) throw InvalidArgument(j.dump() + " is no count");
   return j.get<std::int64_t>();
 }
+/// The place of a note; -1: none.
+std::int16_t note_at(const Json& summary, const char* key) {
+  const std::int64_t at = summary.value(key, std::int64_t(-1));
+  return at >= 0 && at < std::int64_t(summary.at("notes").size()) ? std::int16_t(at) : -1;
+}
 double number(const Json& j) { return j.is_number() ? j.get<double>() : NAN; }
 
 space::LedgerReport read_ledger(const Json& j, const char* name) {
@@ -87,7 +92,8 @@ RunReport report_of(const Json& j, const phs::State& end) {
               j.contains("centre_of_mass"),    named(e.at("scale_parts_J")),
               e.value("swing_growth", 1.0),    number(e.value("jump_s", Json())),
               number(e.value("jump", Json())), e.value("jump_then", ""),
-              e.value("slows", false)};
+              e.value("slows", false),         growth_unknown(e.value("growth_unknown", "")),
+              e.value("kinks", false)};
   r.looks = count(j.at("looks"));
   r.linear_momentum_error = number(j.at("linear_momentum").at("max_rel_error"));
   r.angular_momentum_error = number(j.at("angular_momentum").at("max_rel_error"));
@@ -117,6 +123,8 @@ RunReport report_of(const Json& j, const phs::State& end) {
   for (const auto& n : j.at("not_applicable"))
     r.not_applicable.push_back({n.at("name"), n.at("why"), n.value("undecided", false)});
   for (const auto& n : j.at("notes")) r.notes.push_back(n);
+  r.delivered_note = note_at(j, "delivered_note");
+  r.newton_note = note_at(j, "newton_note");
   if (j.contains("momentum"))
     for (const auto& [name, m] : j.at("momentum").items())
       r.momentum.push_back(

@@ -384,8 +384,7 @@ TEST_F(Cli, ARunThatEndedEarlySaysSoInWords) {
                            "--out wild");
   EXPECT_EQ(a.code, 3) << a.out << a.err;
   EXPECT_TRUE(contains(a.out, "end reached  no")) << a.out;
-  EXPECT_TRUE(
-      contains(a.out, "has too few records or swings, or too much scatter, to tell how it grows"))
+  EXPECT_TRUE(contains(a.out, "has too few records to tell how it grows, expected 33 or more"))
       << a.out;
   EXPECT_TRUE(contains(a.out, "expected a smaller step than 1.5 s")) << a.out;
   for (const char* raw : {"nan", "inf ", "outcome"}) EXPECT_FALSE(contains(a.out, raw)) << a.out;
@@ -402,7 +401,7 @@ TEST_F(Cli, JudgeSaysWhyTheGrowthIsNotKnown) {
   };
   const std::string unequal = judged(1), equal = judged(0);
   const char* const why = "is known at unequal intervals, which do not tell how it grows";
-  const char* const few = "too few records or swings, or too much scatter, to tell";
+  const char* const few = "has too few records to tell how it grows";
   EXPECT_TRUE(contains(unequal, why) && !contains(unequal, few)) << unequal;
   EXPECT_TRUE(contains(equal, few) && !contains(equal, why)) << equal;
   for (const auto& out : {unequal, equal}) EXPECT_FALSE(contains(out, "us per step")) << out;

@@ -6,8 +6,10 @@
 #include <sstream>
 #include <thread>
 
+#include "scene/run/phase_sequence.h"
 #include "scene/session/export.h"
 #include "scene/session/info.h"
+#include "scene/session/memory_run.h"
 #include "tests/places.h"
 #include "tests/run/scenes.h"
 
@@ -204,6 +206,60 @@ TEST(Events, TheNearestInstantIsOfAllPhases) {
   EXPECT_NE(told[1], "");
   EXPECT_EQ(told[1], told[0]);
   EXPECT_LT(std::strtod(told[1].c_str() + 17, nullptr), 200);
+}
+
+/// The target is never caught, so that its release is impossible: the capture is told with it,
+/// on file and in memory. Control: without a release the run reaches its end.
+TEST(Events, AMissedOneIsToldBesideTheImpossibleOneAfterIt) {
+  TemporaryFolder folder;
+  auto s = capture_scene(folder, "position = [3.74347, 0.05646,", "position = [3.9, 0.2,");
+  s.duration = 60;
+  s.events.resize(1);
+  s.events[0].at = 0;
+  s.events[0].within_reach = true;
+  const auto run = [&](const char* out) {
+    return scene::run(s, scene::assemble(s), into(folder / out));
+  };
+  const auto missed = [](const scene::RunReport& r) {
+    return std::ranges::count_if(r.notes, [](const auto& n) {
+      return n.starts_with("it never happened: capture of target by hand; at the end of the run");
+    });
+  };
+  const auto missed_events = [](const scene::RunReport& r) {
+    const auto c = std::ranges::find(r.checks, "missed_events", &scene::Check::name);
+    return c == r.checks.end() ? NAN : c->value;
+  };
+  const auto whole = run("whole");
+  EXPECT_EQ(missed(whole), 1);
+  EXPECT_EQ(whole.simulated_s, 60);
+  EXPECT_EQ(missed_events(whole), 1);
+  scene::Event release = s.events[0];
+  release.type = scene::Event::Type::release;
+  release.within_reach = false;
+  release.at = 40;
+  s.events.push_back(release);
+  const auto ended = run("ended");
+  EXPECT_EQ(missed(ended), 1);
+  EXPECT_EQ(ended.simulated_s, 40);
+  EXPECT_EQ(missed_events(ended), 2);
+  EXPECT_TRUE(ended.notes.back().starts_with("the run ended before an event")) << "the last";
+  const auto refused =
+      refusal([&] { (void)scene::run_in_memory(s, scene::assemble(s), {.judge = false}); });
+  EXPECT_TRUE(says(refused, "; before that it never happened: capture of target")) << refused;
+  // One that waits for later has not been nearest to anything.
+  s.events[0].after = 50;
+  s.events.resize(1);
+  const auto assembly = scene::assemble(s);
+  EXPECT_EQ(scene::PhaseSequence(s, assembly).missed(),
+            std::vector<std::string>{
+                "it never happened: capture of target by hand; it waits from 50 s on"});
+  const auto late = run("late");
+  for (const auto& n : late.notes) {
+    const auto at = n.find("nearest to it at ");
+    if (at != n.npos) {
+      EXPECT_GE(std::strtod(n.c_str() + at + 17, nullptr), 50) << n;
+    }
+  }
 }
 
 TEST(Events, WhatCannotBeIsRefusedWithItsLine) {

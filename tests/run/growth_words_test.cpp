@@ -6,6 +6,8 @@
 #include <functional>
 #include <random>
 
+#include "phs/error.h"
+
 namespace {
 
 using namespace porthos;
@@ -61,8 +63,7 @@ TEST(GrowthWords, OfEachKindOfError) {
             "single records");
   EXPECT_EQ(words(run(1e-6, 0.1, 0, 3)),
             "swings, and its swings grow 3-fold (growth exponent 0.10)");
-  EXPECT_EQ(words(run(1e-6, NAN)),
-            "has too few records or swings, or too much scatter, to tell how it grows");
+  EXPECT_EQ(words(run(1e-6, NAN)), "does not tell how it grows") << "of an older file";
   EXPECT_EQ(words(run(1e-6, NAN, 1e-9)), "drifts by 1e-09 per s");
   // The words never contradict the flag.
   EXPECT_EQ(words(run(1e-13, 0.48, 1e-16)),
@@ -81,6 +82,13 @@ TEST(GrowthWords, OfAJumpAndOfADriftThatSlows) {
   r.energy.max_rel_error = 1e-13;
   EXPECT_EQ(scene::growth_words(r),
             "jumps by -1e-09 at about 3 s and stays there, though by no more than rounding may");
+  // Of a jump far below the limit there is nothing to do.
+  r.energy.max_rel_error = 1e-9;
+  r.checks = {{"energy", 1e-9, 3e-6, true}};
+  EXPECT_EQ(scene::growth_words(r),
+            "jumps by -1e-09 at about 3 s and stays there, 3e+03 times below the limit");
+  r.checks[0].limit = 5e-8;
+  EXPECT_TRUE(scene::growth_words(r).ends_with(": the motion is not resolved there"));
   r = run(1e-9, 0.5, 1e-12);
   r.energy.slows = true;
   EXPECT_EQ(scene::growth_words(r),
@@ -94,9 +102,47 @@ TEST(GrowthWords, OfARecordedMotion) {
             "stays bounded (growth exponent 0.02), above rounding: the digits of the file, or its "
             "method");
   r.energy.growth_exponent = NAN;
-  r.notes = {"the rows are at unequal intervals (from 0.1 to 0.3 s)"};
+  r.energy.unknown = scene::GrowthUnknown::unequal_rows;
   EXPECT_EQ(scene::growth_words(r),
             "is known at unequal intervals, which do not tell how it grows");
+}
+
+/// Notes are for people: what they say changes no words.
+TEST(GrowthWords, OfSpringsWithKinks) {
+  auto r = run(1e-9, 0.48);
+  r.notes = {"so a method needs smaller steps than for a formula without kinks, or is gonzalez"};
+  EXPECT_TRUE(scene::growth_words(r).ends_with("(porthos compare)?"));
+  r.energy.kinks = true;
+  EXPECT_TRUE(scene::growth_words(r).ends_with(", by more than rounding")) << "the note tells more";
+}
+
+/// Each reason is the control of the others.
+TEST(GrowthWords, SayWhyTheGrowthIsUnknown) {
+  using Why = scene::GrowthUnknown;
+  const auto of = [](int n, const std::function<double(int)>& e) {
+    scene::ErrorStatistics s;
+    for (int i = 0; i < n; ++i) s.add(1e-6 * e(i));
+    EXPECT_EQ(std::isnan(s.growth_exponent()), s.unknown() != Why::no);
+    return std::pair(s.unknown(), scene::growth_words(s));
+  };
+  std::mt19937_64 rng(3);
+  std::normal_distribution<double> noise(0, 1);
+  const auto swings = [](int i) { return std::sin(0.7 * i * i); };
+  EXPECT_EQ(of(32, swings), std::pair(Why::few_records, std::string("has too few records to tell "
+                                                                    "how it grows, expected 33 or "
+                                                                    "more")));
+  EXPECT_EQ(of(33, swings).first, Why::no);
+  const auto once = [](int i) { return std::sin(2 * 3.14159 * i / 200); };
+  EXPECT_EQ(of(201, once).first, Why::few_swings);
+  EXPECT_EQ(of(201, once).second, "has too few swings to tell how it grows, expected a longer run");
+  double walk = 0;
+  const auto noisy = of(1000, [&](int) { return (walk += 0.15 * noise(rng)) + noise(rng); });
+  EXPECT_EQ(noisy.first, Why::scatter);
+  EXPECT_EQ(noisy.second, "scatters too much from record to record to tell how it grows");
+  for (const Why why :
+       {Why::no, Why::few_records, Why::few_swings, Why::scatter, Why::unequal_rows})
+    EXPECT_EQ(scene::growth_unknown(to_string(why)), why);
+  EXPECT_THROW((void)scene::growth_unknown("no reason"), InvalidArgument);
 }
 
 /// Of one wording with runs. Each kind of error is the control of the others.

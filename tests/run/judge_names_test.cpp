@@ -92,8 +92,8 @@ TEST_F(JudgeNames, UnequalRowsAreTheReason) {
     return text;
   };
   write_bytes(folder_ / "model.urdf", arm_urdf());
-  EXPECT_TRUE(notes_say(judge(csv(0.02)), scene::unequal_rows));
-  EXPECT_FALSE(notes_say(judge(csv(0)), scene::unequal_rows)) << "control";
+  EXPECT_TRUE(notes_say(judge(csv(0.02)), "the rows are at unequal intervals"));
+  EXPECT_FALSE(notes_say(judge(csv(0)), "the rows are at unequal intervals")) << "control";
 }
 
 /// A body that turns and moves straight on, with its velocity along its own axes: its place must

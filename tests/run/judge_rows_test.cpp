@@ -128,11 +128,11 @@ TEST_F(JudgeRows, RowsDroppedAtRandomAreToldOnce) {
   };
   const auto few = dropped(0.05), half = dropped(0.5);
   EXPECT_TRUE(notes_say(few, "holes more, the others 0.1 s"));
-  EXPECT_FALSE(notes_say(few, scene::unequal_rows));
+  EXPECT_FALSE(notes_say(few, "the rows are at unequal intervals"));
   EXPECT_TRUE(notes_say(few, "rows follow at other intervals (0.1 to 0."));
   EXPECT_TRUE(notes_say(few, "as if rows were 0.1 s apart"));
   EXPECT_TRUE(bounded(few)) << scene::growth_words(few);
-  EXPECT_TRUE(notes_say(half, scene::unequal_rows));
+  EXPECT_TRUE(notes_say(half, "the rows are at unequal intervals"));
   EXPECT_EQ(scene::growth_words(half), unequal);
   for (const auto& r : {few, half}) EXPECT_TRUE(r.passed());
   const auto one = judged(2000, [](int i) { return i != 700; });

@@ -11,13 +11,15 @@ void read_friction(const Table& t, Element& e) {
                                   .stribeck = t.number_or("stribeck", 0),
                                   .viscous = t.number("viscous"),
                                   .smoothing = t.number("smoothing")});
-  e.add = [law](const Element& own, const JointElement& at) {
-    at.require_freedom(own);
-    at.network.resist(own.name, at.place.port, law);
-  };
+  e.add = SmoothedFriction{law};
 }
 
 }  // namespace
+
+void SmoothedFriction::operator()(const Element& e, const JointElement& at) const {
+  at.require_freedom(e);
+  at.network.resist(e.name, at.place.port, law);
+}
 
 ElementType friction_element() {
   using namespace keys;
