@@ -81,6 +81,16 @@ constexpr const char* own_energy =
     "([python.md](python.md#controllers-and-actuators)). Tutorial: "
     "[tutorials/actuator.md](tutorials/actuator.md#your-energy).\n";
 
+constexpr const char* creeping_motors =
+    "`coulomb` of a drive is smoothed friction, which holds no load: under a torque T "
+    "below it the motor creeps at `smoothing` · artanh(T / `coulomb`), 0.55 `smoothing` "
+    "at half of it. Steps resolve its slope up to 2 n² J `smoothing` / `coulomb`; a run "
+    "that fails by longer ones names this step. A motor that must stick is a link of the "
+    "model with n² J about its joint and "
+    "[`dry_friction`](contact.md#joints-with-dry-friction) there; the joint behind it "
+    "has the spring, an `[[element]]`. A joint that is to stay where it is can be locked "
+    "by an [`[[event]]`](scene.md#event).\n\n";
+
 constexpr const char* ledger_rows =
     "Rows of the ledger, as `<name>.theta.torque`; an [`[[output]]`](scene.md#output) of "
     "`quantity = \"power\"` or `\"energy\"` takes them:\n\n"
@@ -159,6 +169,7 @@ std::string actuators_markdown() {
       "is neglected, except for rotors that are bodies of the mechanism (`vsa/rotor_body.h`). "
       "Two equal motors "
       "at θ ± σ are one of 2 J at θ and one of 2 J at σ.\n\n";
+  text += creeping_motors;
   text += ledger_rows;
   text +=
       "Planning in C++: constant-energy paths and resonance tuning (`vsa/planning.h`), changes of "

@@ -19,8 +19,8 @@ struct Mode {
 /// @param eigenvalues  any number, conjugates included [1/s]
 std::vector<Mode> modes(std::span<const std::complex<double>> eigenvalues);
 
-/// Reports "modes": the slowest frequency, and each mode in words. Then "unstable": the
-/// damping ratio of the mode that grows fastest, if it is below 0 by more than rounding. Else "hardly
+/// Reports "modes": the slowest frequency, and each mode in words. Then "unstable": the damping
+/// ratio of the mode that grows fastest, if one is below 0 by more than rounding. Else "hardly
 /// damped": the least damping ratio, if it is below 0.01.
 /// @param eigenvalues  as above
 void report_modes(Certificate& certificate, std::span<const std::complex<double>> eigenvalues);

@@ -46,6 +46,7 @@ Json trial(const MethodTrials& m, size_t i) {
            {{"max_rel_error", r.energy.max_rel_error},
             {"rms_rel_error", r.energy.rms_rel_error},
             {"growth_exponent", r.energy.growth_exponent},
+            {"growth_unknown", to_string(r.energy.unknown)},
             {"drift_per_s", r.energy.drift_per_s},
             {"drift_is_significant", r.energy.drift_is_significant}}},
           {"linear_momentum_error", r.linear_momentum_error},

@@ -309,26 +309,7 @@ void PhaseSequence::done(const RunReport& r) {
   happen_at_once();
 }
 
-std::vector<std::string> PhaseSequence::missed() const {
-  std::vector<std::string> notes;
-  for (const Event* e : waiting_) {
-    std::string note = "it never happened: " + text(*e);
-    if (from_ < e->after) {
-      notes.push_back(note + fmt::format("; it waits from {:.6g} s on", e->after));
-      continue;
-    }
-    const std::string why = Latching::hindrance(scene_, moving_, *e);
-    if (!why.empty()) note += "; at the end of the run " + why;
-    const auto near = nearest_of_all_.find(e);
-    if (near != nearest_of_all_.end() && near->second.time < from_ && !near->second.then.empty())
-      note +=
-          fmt::format("; nearest to it at {:.6g} s, when {}", near->second.time, near->second.then);
-    notes.push_back(note);
-  }
-  return notes;
-}
-
-/// Tells of them, with their check. others: events that are missing besides
+/// Tells of those missed, with their check. others: events that are missing besides
 void PhaseSequence::tell_missed(int others) {
   RunReport& r = whole_.report();
   const auto notes = missed();

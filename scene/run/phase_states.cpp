@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 
@@ -6,7 +8,7 @@
 #include "scene/files/hdf5_file.h"
 #include "scene/run/phase_sequence.h"
 
-/// What is kept from phase to phase besides the mechanism's state.
+/// What is kept from phase to phase besides the mechanism's state: what waits for an event, too.
 namespace porthos::scene {
 
 void OrbitApart::take_off(phs::State& s) {
@@ -137,6 +139,25 @@ void PhaseSequence::remember_nearest() {
     near.then = Latching::hindrance(scene_, there, *e);
     best = near;
   }
+}
+
+std::vector<std::string> PhaseSequence::missed() const {
+  std::vector<std::string> notes;
+  for (const Event* e : waiting_) {
+    std::string note = "it never happened: " + text(*e);
+    if (from_ < e->after) {
+      notes.push_back(note + fmt::format("; it waits from {:.6g} s on", e->after));
+      continue;
+    }
+    const std::string why = Latching::hindrance(scene_, moving_, *e);
+    if (!why.empty()) note += "; at the end of the run " + why;
+    const auto near = nearest_of_all_.find(e);
+    if (near != nearest_of_all_.end() && near->second.time < from_ && !near->second.then.empty())
+      note +=
+          fmt::format("; nearest to it at {:.6g} s, when {}", near->second.time, near->second.then);
+    notes.push_back(note);
+  }
+  return notes;
 }
 
 }  // namespace porthos::scene
