@@ -84,8 +84,9 @@ void LawLimits::fill(RunReport& report) const {
     note(report, w.name, w.hindrance, w.why ? w.why : "");
     if (report.outcome == integrators::Outcome::failed && !report.trouble.empty() &&
         w.limit.records > 0 && !w.law->hindrance(seen_by(w)).empty())
-      report.trouble += fmt::format(
-          ", or first a limit above {:.4g}, at which it was at {} records", w.most, share(w.limit));
+      report.trouble +=
+          fmt::format("; it was at its limit of {:.4g} at {} records: a larger one first", w.most,
+                      share(w.limit));
   }
 }
 

@@ -93,6 +93,14 @@ def test_numerical_matching_of_a_mechanism(pendubot):
     for rate, stays in ((0, True), (0.3, False)):
         r = ph.simulate(n.build(), narrow.state([0, 0.1], [0, rate]), step=0.005, duration=2, limits={"balance": 1e-9}, progress=False)
         assert r.passed is stays and bool(r.time[-1] == 2) is stays and any("outside -0.4 to 0.4" in note for note in r.notes) is not stays, r.notes
+    for limit, at_it in ((0.5, True), (30.0, False)):  # what kept the law from holding this start is its limit, not half_width
+        n = ph.Network("under a limited law")
+        n.add("arm", pendubot)
+        es.control(n, "law", "arm", narrow, limits=[limit])
+        r = ph.simulate(n.build(), narrow.state([0, 0.1], [0, 0]), step=0.005, duration=2, limits={"balance": 1e-9}, progress=False)
+        assert r.passed is not at_it, r.notes
+        assert any("controller 'law' asks for more than its limit of 0.5 at all records, first at 0 s" in note for note in r.notes) is at_it, r.notes
+        assert any("take a larger half_width" in note and note.endswith("at its limit of 0.5 at all records: a larger one first") for note in r.notes) is at_it, r.notes
     refused(lambda: es.numerical_matching(pendubot, **{**keys, "half_width": 2}), "degenerates at r")
     refused(lambda: es.numerical_matching(pendubot, **{**keys, "actuator": "elbow.torque"}), "acts on 'elbow', which unactuated = 1")
     turned = es.numerical_matching(pendubot, **keys, rest=[2 * np.pi, 0])
