@@ -156,7 +156,9 @@ void add_film(CLI::App& app, Arguments& a) {
   film->add_flag("--orbit", a.orbit, "planet and orbit in place of the mechanism");
   film->add_flag("--arrows", a.arrows, "of momenta, and of forces that outputs record");
   film->add_flag("--dark", a.dark, "on a dark ground");
-  film->add_flag("--trail", a.trail, "the whole paths of the last links' centres of mass");
+  film->add_flag("--trail", a.trail, "whole paths, not their last part");
+  add_list(film, "--trail-of", a.of,
+           "links, the paths of whose origins are drawn [centres of mass of the last links]");
   film->add_flag("--no-text", a.no_text, "without the time in the corner");
   value(film, "--models", a.models, "where the model files are, to show their meshes", "FOLDER");
 }
@@ -197,7 +199,8 @@ void add_pages(CLI::App& app, Arguments& a) {
       add_command(app, "plot", "redraw the plots of results, or draw one panel for print",
                   "porthos plot results/ets_vii\n"
                   "  porthos plot results/ets_vii --what \"rates of joints\" --out rates.pdf");
-  plot->add_option("DIR", a.scene, "results folder of a finished run or ensemble")->required();
+  plot->add_option("DIR", a.scene, "results folder of a finished run, ensemble or comparison")
+      ->required();
   value(plot, "--what", a.what, "energies, works, residual, motion, a panel or a line of it",
         "NAME");
   value(plot, "--from", a.from, "with --what: simulated time [the beginning]", "T");

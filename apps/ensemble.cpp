@@ -12,11 +12,61 @@
 namespace porthos::apps {
 namespace {
 
-/// How many cases of a check a list tells.
-std::int64_t cases_of(const std::string& check,
-                      const std::vector<std::pair<std::string, std::int64_t>>& counts) {
-  const auto known = std::ranges::find(counts, check, &std::pair<std::string, std::int64_t>::first);
-  return known == counts.end() ? 0 : known->second;
+std::string with_unit(double x, const std::string& unit) {
+  return fmt::format("{:.4g}{}", x, unit.empty() || unit == "1" ? "" : " " + unit);
+}
+
+/// Of each requirement its limit, the worst number at the records and in how many cases it fails.
+std::string requirements_text(const scene::Ensemble& e, const scene::EnsembleReport& r) {
+  scene::TextRows rows{
+      {"requirement", "limit", "at the records", "in case", "fails", "not judged"}};
+  for (const scene::Stop& stop : e.scene().stops) {
+    if (!stop.is_requirement()) continue;
+    const std::string name = scene::name_of_check(stop);
+    const auto* failed = scene::kind_of(r.failed_checks, name);
+    const auto* open = scene::kind_of(r.not_judged_checks, name);
+    const auto worst = std::ranges::find(r.requirements, name, &scene::RequirementWorst::check);
+    const bool known = worst != r.requirements.end();
+    rows.push_back({name, scene::limit_text(e, name),
+                    known ? fmt::format("{} {} {}", worst->above ? "largest" : "least",
+                                        worst->output, with_unit(worst->value, worst->unit))
+                          : "-",
+                    known ? std::to_string(worst->of_case) : "-",
+                    fmt::format("{} of {}", failed ? failed->count : 0, r.cases),
+                    std::to_string(open ? open->count : 0)});
+  }
+  return rows.size() > 1 ? scene::aligned(rows) + "\n" : "";
+}
+
+/// Why cases did not pass: of each kind the limit and the first cases.
+std::string kinds_text(const scene::Ensemble& e, const scene::EnsembleReport& r) {
+  scene::TextRows rows{{"not passed", "cases", "limit", "first of them"}};
+  const auto add = [&](const std::vector<scene::CaseKind>& kinds, const char* what) {
+    for (const scene::CaseKind& kind : kinds) {
+      const std::string limit = scene::limit_text(e, kind.name);
+      rows.push_back({kind.name + what, std::to_string(kind.count), limit.empty() ? "-" : limit,
+                      fmt::format("{}{}", fmt::join(kind.first, ", "),
+                                  kind.count > std::int64_t(kind.first.size()) ? ", ..." : "")});
+    }
+  };
+  add(r.failures, "");
+  add(r.failed_checks, "");
+  add(r.not_judged_checks, ": not judged");
+  if (rows.size() == 1) return "";
+  std::string text = scene::aligned(rows);
+  if (!r.not_passed.empty())
+    text += fmt::format("one by itself: porthos run SCENE --case {}\n", r.not_passed[0]);
+  return text + "\n";
+}
+
+/// When an event happened: once where it is the same in every case.
+std::string event_text(const scene::EventSpread& event, std::int64_t cases) {
+  const auto& at = event.time.quantiles;
+  if (event.happened == cases && scene::same_in_every_case(at[0], at[6]))
+    return fmt::format("in every case: {} at {:g} s\n", event.name, at[0]);
+  if (event.happened == 0) return fmt::format("{}: in 0 of {} cases\n", event.name, cases);
+  return fmt::format("{}: in {} of {} cases, from {:g} to {:g} s, median {:g} s\n", event.name,
+                     event.happened, cases, at[0], at[6], at[3]);
 }
 
 }  // namespace
@@ -47,30 +97,9 @@ std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport&
   for (const std::string& note : {r.damage, r.left_over})
     if (!note.empty()) text += note + "\n";
   if (exact) text += "linear momentum: the centre of mass moved in closed form\n";
-  for (const scene::EventSpread& event : r.events)
-    text += fmt::format(
-        "{}: in {} of {} cases{}\n", event.name, event.happened, r.cases,
-        event.happened == 0
-            ? ""
-            : fmt::format(", from {:g} to {:g} s, median {:g} s", event.time.quantiles[0],
-                          event.time.quantiles[6], event.time.quantiles[3]));
-  for (const auto& [why, count] : r.failures) text += fmt::format("{} cases: {}\n", count, why);
-  std::vector<std::string> failed;
-  for (const scene::Stop& stop : e.scene().stops) {
-    if (!stop.is_requirement()) continue;
-    const std::string name = scene::name_of_check(stop);
-    const auto open = cases_of(name, r.not_judged_checks);
-    text += fmt::format(
-        "{}: does not hold in {} of {} cases{}{}\n", name, cases_of(name, r.failed_checks), r.cases,
-        open > 0 ? fmt::format("; not judged: {} cases", open) : "", scene::worst_text(r, name));
-  }
-  for (const auto& [check, count] : r.failed_checks)
-    failed.push_back(fmt::format("{} {}", check, count));
-  if (!failed.empty()) text += fmt::format("failed: {}\n", fmt::join(failed, ", "));
-  if (!r.not_passed.empty())
-    text += fmt::format("not passed: {}{}\n", fmt::join(r.not_passed, ", "),
-                        r.cases - r.passed > std::int64_t(r.not_passed.size()) ? ", ..." : "") +
-            fmt::format("            their checks: porthos run SCENE --case {}\n", r.not_passed[0]);
+  for (const scene::EventSpread& event : r.events) text += event_text(event, r.cases);
+  if (!r.events.empty()) text += "\n";
+  text += requirements_text(e, r) + kinds_text(e, r);
   if (r.run_here > 0) text += fmt::format("{} cases in {:.1f} s\n", r.run_here, r.wall_s);
   text += fmt::format("results     {}/: ensemble.h5, ensemble.json, ensemble.svg{}\n", out,
                       page ? ", report.html" : "");

@@ -53,6 +53,7 @@ int film_command(const Arguments& a) {
   o.arrows = a.arrows;
   o.dark = a.dark;
   o.trail = a.trail;
+  o.trail_of = a.of;
   o.text = !a.no_text;
   o.stop = &stop_on_signals();
   const fs::path report = report_of(a),

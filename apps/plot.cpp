@@ -7,6 +7,7 @@
 #include "apps/output.h"
 #include "phs/error.h"
 #include "report/figure.h"
+#include "scene/compare/compare.h"
 #include "scene/ensemble/ensemble_plot.h"
 #include "scene/files/hdf5_file.h"
 #include "scene/session/replot.h"
@@ -27,8 +28,9 @@ fs::path usual_name(const Arguments& a) {
 
 int plot_command(const Arguments& a) {
   const fs::path folder = a.scene;
-  const bool ensemble =
-      fs::exists(folder / "ensemble.json") && !fs::exists(folder / "summary.json");
+  const bool run = fs::exists(folder / "summary.json"),
+             ensemble = !run && fs::exists(folder / "ensemble.json"),
+             comparison = !run && fs::exists(folder / "compare.json");
   if (a.out && !a.what)
     throw InvalidArgument("--out is the file of one panel, expected --what as well");
   if ((a.from || a.to) && !a.what)
@@ -38,8 +40,13 @@ int plot_command(const Arguments& a) {
         "{} holds an ensemble, --what is a panel of a run: porthos run {} --case N makes one, and "
         "in Python porthos.plot(folder, what=NAME) has a histogram of each number",
         a.scene, a.scene));
-  if (ensemble) {
-    print(scene::replot_ensemble(folder) + "\n");
+  if (comparison && a.what)
+    throw InvalidArgument(
+        fmt::format("{} holds a comparison, which has one picture, expected no --what: that is a "
+                    "panel of a run",
+                    a.scene));
+  if (ensemble || comparison) {
+    print((ensemble ? scene::replot_ensemble(folder) : scene::replot_comparison(folder)) + "\n");
     return exit_ok;
   }
   if (!a.what) {

@@ -79,7 +79,7 @@ void bind_report(py::module_& m) {
       [](const std::string& page, const std::string& out, std::pair<int, int> size,
          std::optional<double> from, std::optional<double> to, std::optional<double> rate,
          const std::string& camera, const std::string& follow, bool orbit, bool arrows, bool dark,
-         bool trail, bool text) {
+         bool trail, const std::vector<std::string>& trail_of, bool text) {
         std::string remark;
         interruptibly([&](const std::atomic<bool>& stop) {
           remark = report::write_film(page, out,
@@ -94,13 +94,15 @@ void bind_report(py::module_& m) {
                                        .arrows = arrows,
                                        .dark = dark,
                                        .trail = trail,
+                                       .trail_of = trail_of,
                                        .text = text,
                                        .stop = &stop});
         });
         return remark;
       },
       arg("page"), arg("out"), arg("size"), arg("start"), arg("end"), arg("speed"), arg("camera"),
-      arg("follow"), arg("orbit"), arg("arrows"), arg("dark"), arg("trail"), arg("text"),
+      arg("follow"), arg("orbit"), arg("arrows"), arg("dark"), arg("trail"), arg("trail_of"),
+      arg("text"),
       "Writes a film or a picture of the playback of a report.html, or of the results in a folder. "
       "Returns a remark where bodies turn far between two of its records.");
   bind_live_picture(m);

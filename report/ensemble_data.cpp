@@ -121,19 +121,20 @@ class Cases {
           fmt::format("{}: '{}' has not one row for each of {} cases", path_, dataset, count_));
     auto about = file_.texts(dataset);
     const std::int64_t width = shape.size() > 1 ? shape[1] : 1;
-    const auto names = scene::lines_of(about["columns"]);
+    const auto names = scene::lines_of(about["columns"]), units = scene::lines_of(about["units"]);
     for (std::int64_t k = 0; k < width; ++k) {
       std::string name = words;
       if (size_t(k) < names.size())
         name = group == std::string("input")    ? names[size_t(k)]
                : group == std::string("output") ? fmt::format("{}, {}", names[size_t(k)], words)
                                                 : names[size_t(k)];
+      const std::string unit = size_t(k) < units.size() ? units[size_t(k)] : about["unit"];
       columns_.push_back({.dataset = dataset,
                           .at = k,
                           .width = width,
                           .name = name,
                           .group = group,
-                          .unit = about["unit"] == "1" ? "" : about["unit"],
+                          .unit = unit == "1" ? "" : unit,
                           .log = log});
     }
   }

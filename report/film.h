@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 /// Films and pictures of the playback in a report.html.
 namespace porthos::report {
@@ -18,12 +19,14 @@ struct FilmOptions {
   /// What the camera follows: place, base, world. Empty: the world with a trail and where contacts
   /// touch the world, else the base's place.
   std::string ride;
-  bool orbit = false;                       ///< the planet and the orbit in place of the mechanism
-  bool arrows = false;                      ///< of momenta and forces
-  bool dark = false;                        ///< the dark theme
-  bool trail = false;                       ///< whole paths of the last links' centres of mass
-  bool text = true;                         ///< the time in a corner
-  const std::atomic<bool>* stop = nullptr;  ///< true: give up
+  bool orbit = false;   ///< the planet and the orbit in place of the mechanism
+  bool arrows = false;  ///< of momenta and forces
+  bool dark = false;    ///< the dark theme
+  bool trail = false;   ///< whole paths, not their last part
+  /// Links, the paths of whose origins are drawn; empty: of the last links' centres of mass.
+  std::vector<std::string> trail_of = {};
+  bool text = true;                                ///< the time in a corner
+  const std::atomic<bool>* stop = nullptr;         ///< true: give up
   std::function<void(double done)> progress = {};  ///< the share of the film, 0 to 1
 };
 
@@ -31,8 +34,8 @@ struct FilmOptions {
 /// without a window: picture by picture, so that it is smooth however slow the machine is.
 /// @param report  a report.html, or the folder of one: then a part of a run has a playback of its
 ///   own, of as many of its records as there is room for
-/// @throws InvalidArgument for options out of range, a name that ends otherwise, a report without
-///   a playback, and if no browser is found
+/// @throws InvalidArgument for options out of range, a link that does not move, a name that ends
+///   otherwise, a report without a playback, and if no browser is found
 /// @return a remark where bodies turn far between two records of the playback; empty: they do not
 /// @throws IoError if the browser fails or the file cannot be written
 std::string write_film(const std::filesystem::path& report, const std::filesystem::path& out,

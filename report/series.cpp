@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "scene/plot/shown.h"
+
 namespace porthos::report {
 
 static_assert(std::endian::native == std::endian::little);
@@ -60,8 +62,7 @@ std::vector<float> Thinned::thin(const std::string& name, F f) const {
   std::vector<float> out;
   out.reserve(t_.size());
   size_t k = 0;
-  double low = 0, high = 0;
-  bool low_first = true;
+  scene::LeastAndLargest bucket;
   records_.read(name, [&](std::int64_t first, std::int64_t rows, int columns, const double* v) {
     for (std::int64_t i = first; i < first + rows; ++i) {
       const double x = f(i, columns, v + (i - first) * columns);
@@ -69,24 +70,12 @@ std::vector<float> Thinned::thin(const std::string& name, F f) const {
         out.push_back(float(x));
         continue;
       }
-      if (i == begin_[k + 1]) ++k;
-      if (i == begin_[k] || std::isnan(low)) {
-        low = high = x;
-        low_first = true;
-      }
-      if (x > high) {
-        high = x;
-        low_first = true;
-      }
-      if (x < low) {
-        low = x;
-        low_first = false;
-      }
-      if (i + 1 == begin_[k + 1]) {
-        out.push_back(float(low_first ? low : high));
-        out.push_back(float(low_first ? high : low));
-        low_first = true;
-      }
+      bucket.add(x);
+      if (k + 1 == begin_.size() || i + 1 < begin_[k + 1]) continue;
+      out.push_back(float(bucket.first()));
+      out.push_back(float(bucket.second()));
+      bucket = {};
+      ++k;
     }
   });
   out.resize(t_.size(), NAN);  // of a log that grew or a file that ends early

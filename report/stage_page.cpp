@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "phs/error.h"
+#include "phs/nearest.h"
 
 namespace porthos::report {
 namespace {
@@ -64,6 +65,21 @@ void wait_for_stage(BrowserPage& page, const std::filesystem::path& report) {
                : ": porthos report makes it anew, of this version, if it was built with node"));
 }
 
+/// @throws InvalidArgument for a link that the playback does not move
+void check_links(BrowserPage& page, const FilmOptions& o) {
+  if (o.trail_of.empty()) return;
+  const auto known = nlohmann::json::parse(page.value("porthos.stage.movers()"));
+  const auto links = known.get<std::vector<std::string>>();
+  for (const auto& link : o.trail_of)
+    if (std::ranges::find(links, link) == links.end())
+      throw InvalidArgument(fmt::format(
+          "trail_of is '{}', {}expected one of the {} links that move", link,
+          links.empty()
+              ? ""
+              : fmt::format("the nearest is '{}', ", nearest(link, {links.begin(), links.end()})),
+          links.size()));
+}
+
 }  // namespace
 
 std::unique_ptr<BrowserPage> open_stage(const std::filesystem::path& report, const FilmOptions& o) {
@@ -71,6 +87,7 @@ std::unique_ptr<BrowserPage> open_stage(const std::filesystem::path& report, con
   const auto browser = find_browser("", "the buttons of the report make the same films");
   auto page = std::make_unique<BrowserPage>(browser, report, "still", o.width, o.height, o.stop);
   wait_for_stage(*page, report);
+  check_links(*page, o);
   const std::string ride = !o.ride.empty() ? nlohmann::json(o.ride).dump()
                            : o.trail       ? "'world'"
                                            : "porthos.stage.usual || 'place'";
@@ -80,10 +97,11 @@ std::unique_ptr<BrowserPage> open_stage(const std::filesystem::path& report, con
                   "porthos.stage.rate = (porthos.stage.last - porthos.stage.first) / 20; "
                   "porthos.stage.set('view', {}); porthos.stage.set('ride', {}); "
                   "porthos.stage.set('arrows', {}); porthos.stage.options.whole = {}; "
+                  "porthos.stage.set('trailOf', {}); "
                   "porthos.stage.silent = {}; porthos.stage.look({}); 0",
                   nlohmann::json(o.dark ? "dark" : "light").dump(),
                   nlohmann::json(o.orbit ? "orbit" : "mechanism").dump(), ride, o.arrows, o.trail,
-                  !o.text, nlohmann::json(o.camera).dump()));
+                  nlohmann::json(o.trail_of).dump(), !o.text, nlohmann::json(o.camera).dump()));
   return page;
 }
 

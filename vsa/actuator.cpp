@@ -221,6 +221,10 @@ double drive_torque(const Drive& d, double t, double angle, double rate) {
   return has_rotor(d) && d.command ? exerted(d, t, angle, rate) : 0;
 }
 
+double drive_rate(const Drive& d, double t) {
+  return d.kind == Kind::rate && d.command ? limited((*d.command)(t), d.rate_limit) : 0;
+}
+
 double rotor_losses(const Actuator& a, bool second, double rate, double link_rate) {
   const Drive& d = second ? a.sigma : a.theta;
   if (!has_rotor(d)) return 0;

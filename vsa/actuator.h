@@ -88,6 +88,10 @@ double rotor_losses(const Actuator& a, bool second, double rate, double link_rat
 /// output [N m], behind its limit; 0 of other drives. angle, rate: at the output [rad, rad/s].
 double drive_torque(const Drive& d, double t, double angle, double rate);
 
+/// The rate that a drive of kind `rate` gives its coordinate at time t [rad/s], behind its limit; 0
+/// of other drives, and without a command.
+double drive_rate(const Drive& d, double t);
+
 /// Adds an actuator `name` to a network and joins it to an effort_in port of a joint
 /// ("<member>.<joint>.torque"), with its commands, frictions and limits. Ledger: storages
 /// "<name>.spring", "<name>.rotor", "<name>.sigma_rotor"; works by drive "<name>.theta.torque",

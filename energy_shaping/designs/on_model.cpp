@@ -73,11 +73,10 @@ class TwoJoints {
     const double sine = mechanics::norm(cross(a, b));
     if (sine > 1e-3)  // the comparison of the motions sees less
       throw InvalidArgument(fmt::format(
-          "design '{}' does not apply: the axes of '{}' and '{}' are {:.4g} degrees apart, "
+          "design '{}' does not apply: the axes of '{}' and '{}' are {:.4g} rad apart, "
           "expected parallel ones; a rotary pendulum is for swing_up and lqr, or Python's "
           "numerical_matching",
-          design, c[d].joint, c[o].joint,
-          180 / pi * std::atan2(sine, std::fabs(mechanics::dot(a, b)))));
+          design, c[d].joint, c[o].joint, std::atan2(sine, std::fabs(mechanics::dot(a, b)))));
   }
   /// Gravity of an unbalanced wheel is none of the design's. m3: the torque of the pendulum's
   /// @throws InvalidArgument naming the likely cause

@@ -16,6 +16,11 @@ if TYPE_CHECKING:
     from .runs import Scene
 
 
+def is_same(least: float, largest: float) -> bool:
+    """Whether numbers from the least to the largest are one but for rounding."""
+    return largest - least <= 1e-12 * max(abs(least), abs(largest))
+
+
 class EnsembleResult(Judged):
     """A finished ensemble: ensemble["energy_error"], ensemble["final/x"] are numpy arrays with one row per case, read when they are
     asked for, and kept. Names and units: docs/ensemble.md."""
@@ -56,6 +61,17 @@ class EnsembleResult(Judged):
         order = np.argsort(np.where(np.isnan(v), -np.inf, sign * v), kind="stable")[::-1]
         return order[:count]
 
+    def cases_of(self, why: str) -> np.ndarray:
+        """The cases of a kind of trouble: that failed a check, "energy" or "stop.NAME", or that did not reach their end, "refused".
+
+        Raises InvalidArgument for a name that is none of them.
+        """
+        for kind, cases in (("failed_checks", lambda k: self["failed_checks"] >> k & 1), ("status", lambda k: self["status"] == k)):
+            names = self.file.attributes(kind).get("names", "").split("\n")
+            if why in names and why != "ok":
+                return np.flatnonzero(cases(names.index(why)))
+        raise InvalidArgument(f"why is '{why}', expected one of {', '.join([k for key in ('failures', 'failed_checks') for k in self.summary.get(key, {})]) or 'none: every case passed'}")
+
     @property
     def inputs(self) -> dict[str, np.ndarray]:
         """The numbers that differ from case to case, by their keys of the scene."""
@@ -87,6 +103,15 @@ class EnsembleResult(Judged):
 
         return Scene(self.folder, case=int(index), **overrides)
 
+    def unit(self, name: str) -> str:
+        """The unit of a dataset, or of one of the outputs or the inputs by its name; "": not known."""
+        for group in ("outputs/end", "inputs"):
+            known = self.file.attributes(group) if group in self.names else {}
+            units = dict(zip(known.get("columns", "").split("\n"), known.get("units", "").split("\n")))  # none in files of earlier versions
+            if name in units:
+                return units[name]
+        return super().unit(name)
+
     def _columns(self, name: str) -> dict[str, np.ndarray]:
         if name not in self.names:
             return {}
@@ -97,25 +122,39 @@ class EnsembleResult(Judged):
         spreads = [(k.removesuffix("_error").replace("_", " "), v) for k, v in self.summary.items() if k.endswith("_error")]
         return [(name, *(short(s[q]) for q in ("median", "q95", "max")), str(s.get("case_of_max", ""))) for name, s in spreads]
 
+    def _kinds(self) -> list[tuple[str, ...]]:
+        """Why cases did not pass: of each kind how many, the limit and the first cases."""
+        s, rows = self.summary, []
+        for key, end in (("failures", ""), ("failed_checks", ""), ("not_judged_checks", ": not judged")):
+            for name, n in s.get(key, {}).items():
+                first = s.get("first_cases", {}).get(key, {}).get(name, [])  # not in results of earlier versions
+                rows.append((name + end, str(n), s.get("check_limits", {}).get(name, "-"), ", ".join(map(str, first)) + (", ..." if n > len(first) else "")))
+        return rows
+
+    def _events(self) -> list[str]:
+        """What happened at the same time in every case."""
+        same = [e for e in self.summary.get("events", []) if e["happened"] == self.cases and is_same(e["time_s"]["min"], e["time_s"]["max"])]
+        return [f"in every case: {e['event']} at {e['time_s']['median']:g} s" for e in same]
+
+    _kind_heads = ("not passed", "cases", "limit", "first of them")
     _heads = ("relative error", "median", "95 % below", "largest", "case")
 
     def __str__(self) -> str:
         s = self.summary
         lines = [f"{s['title'] or 'ensemble'}: {s['cases']} cases of {s['duration_s']:g} s by {s['method']}", ""]
         lines += text_table([self._heads, *self._rows()])
-        failed, left = (", ".join(f"{check} {n}" for check, n in s.get(k, {}).items()) for k in ("failed_checks", "not_judged_checks"))
-        lines += ["", *(f"{n} cases: {why}" for why, n in s["failures"].items()), *([f"failed: {failed}"] if failed else []),
-                  *([f"not judged: {left}"] if left else []), f"results  {self.folder}"]
+        kinds = self._kinds()
+        lines += ["", *self._events(), *(text_table([self._kind_heads, *kinds]) + [""] if kinds else []), f"results  {self.folder}"]
         return "\n".join(lines + [f"verdict  {'FAIL' if self.verdict == 'fail' else self.verdict}: {s['passed']} of {s['cases']} cases passed"])
 
     def __repr__(self) -> str:
         return f"<porthos.EnsembleResult '{self.summary['title']}': {self.verdict}, {self.summary['passed']} of {self.cases} cases passed>"
 
     def _repr_html_(self) -> str:
-        """What notebooks show: the verdict and the errors."""
+        """What notebooks show: the verdict, the errors and why cases did not pass."""
         s = self.summary
         return (f"<p><b>{html.escape(s['title'] or 'ensemble')}</b>: {html.escape(self.verdict)}; {s['passed']} of {s['cases']} cases passed</p>"
-                + html_table(self._heads, self._rows()))
+                + html_table(self._heads, self._rows()) + (html_table(self._kind_heads, self._kinds()) if self._kinds() else ""))
 
 
 def open_ensemble(folder: Path) -> EnsembleResult:

@@ -15,8 +15,8 @@ import numpy as np
 
 from ._core import InvalidArgument, before_holes, is_held, line_colours, residual_panel
 from ._core import thinned as thinned_rows
-from .ensembles import EnsembleResult
-from .results import PathLike, Result, steps_of
+from .ensembles import EnsembleResult, is_same
+from .results import Comparison, PathLike, Result, steps_of
 from .results import open as open_result
 
 if TYPE_CHECKING:
@@ -367,41 +367,63 @@ def _call(label: str, lines: list[Any]) -> None:
         band.set_label("_band")
 
 
-def _histogram(ax: "Axes", title: str, unit: str, y: np.ndarray, passed: np.ndarray, log: bool) -> None:
-    """Of the cases that passed, and upon them of the others."""
+def _histogram(ax: "Axes", title: str, unit: str, y: np.ndarray, passed: np.ndarray, log: bool, limits: dict[str, float]) -> None:
+    """Of the cases that passed, and upon them of the others; a dotted line where a limit is, which the axis reaches unless the bars would be
+    lost beside it."""
     _style(ax, title, "cases")
-    ax.set_xlabel(unit, fontsize=8, color=SOFT)
+    ax.set_xlabel("1" if unit == "" else unit, fontsize=8, color=SOFT)
     keep = np.isfinite(y) & ((y > 0) | (not log))
     if not keep.any():
         ax.text(0.5, 0.5, "exactly 0 in every case" if np.isfinite(y).any() else "in no case", transform=ax.transAxes, ha="center", va="center", fontsize=8, color=SOFT)
         return
     low, high = y[keep].min(), y[keep].max()
-    if low == high:
-        ax.text(0.5, 0.5, f"{low:.3g} in every case", transform=ax.transAxes, ha="center", va="center", fontsize=8, color=SOFT)
+    if is_same(low, high):
+        ax.text(0.5, 0.5, f"in every case: {low:.3g}{'' if unit in ('', '1') else ' ' + unit}", transform=ax.transAxes, ha="center", va="center", fontsize=8, color=SOFT)
         return
     edges = np.geomspace(low, high * (1 + 1e-12), 49) if log else np.linspace(low, high, 49)
     ax.hist([y[keep & passed], y[keep & ~passed]], bins=edges, stacked=True, color=[LINES[0], ALARM], label=["passed", "not passed"])
     if log:
         ax.set_xscale("log")
-    if (keep & ~passed).any():
+    place = np.log10 if log else np.asarray
+    span, drawn = place(high) - place(low), False
+    for name, limit in limits.items():
+        text = f"{name}{': ' if name else ''}limit {limit:.3g}"
+        if log and limit <= 0 or not place(low) - 6 * span < place(limit) < place(high) + 6 * span:
+            ax.plot([], [], color=ALARM, linestyle=":", label=f"{text}, far away")
+        else:
+            ax.axvline(limit, color=ALARM, linestyle=":", linewidth=1.4, label=text)
+        drawn = True
+    if drawn or (keep & ~passed).any():
         _legend(ax)
 
 
 def _ensemble(e: EnsembleResult, what: str | None, axes: "Axes | None") -> "Figure":
-    """Histograms over the cases: of the errors and of the outputs at the end, or of one number by its name."""
-    errors = {k: (k.replace("_", " "), "relative", e[k], True) for k in e.summary if k.endswith("_error")}
-    known = {**errors, **{k: (k, "", v, False) for k, v in e.outputs().items()}}
+    """Histograms over the cases: of the errors, of what requirements limit and of the outputs at the end, or of one number by its name."""
+    limits = e.summary.get("limits", {})
+    errors = {k: (k.replace("_", " "), "relative", e[k], True, {"": limits[k]} if k in limits else {}) for k in e.summary if k.endswith("_error")}
+    required: dict[str, Any] = {}
+    for check, w in e.summary.get("requirements", {}).items():
+        if "limit" in w:  # not in results of earlier versions
+            key = f"{w['is']} {w['output']}"
+            required.setdefault(key, (f"{key} at the records", w["unit"], e.outputs(w["is"])[w["output"]], False, {}))[4][check] = w["limit"]
+    known = {**errors, **required, **{k: (k, e.unit(k), v, False, {}) for k, v in e.outputs().items()}}
     first = list(known)
-    known.update({k: (k, "", v, False) for k, v in e.inputs.items()})
-    known.update({k: (k, "s", v, False) for k, v in e.events.items()})
+    known.update({k: (k, e.unit(k) or "as in the scene", v, False, {}) for k, v in e.inputs.items()})
+    known.update({k: (k, "s", v, False, {}) for k, v in e.events.items()})
     if what is not None and what not in known:
         raise InvalidArgument(f"what is '{what}', expected one of {', '.join(known)}")
     names, passed = first if what is None else [what], e["passed"] == 1
-    same = {n: f"{known[n][0]} {y.min():.3g}" for n in names if what is None and len(y := known[n][2][np.isfinite(known[n][2])]) and y.min() == y.max()}
+
+    def is_one(y: np.ndarray) -> bool:
+        return len(y := y[np.isfinite(y)]) > 0 and is_same(y.min(), y.max())
+
+    same = {n: f"{known[n][0]} {np.nanmin(known[n][2]):.3g}{'' if known[n][1] in ('', '1', 'relative') else ' ' + known[n][1]}" for n in names if what is None and is_one(known[n][2])}
     if len(same) < len(names):  # what is one number in every case is no picture
         names = [n for n in names if n not in same]
+    same.update({n: f"{n} at {t[0]:.3g} s" for n, t in e.events.items() if what is None and np.isfinite(t).all() and is_one(t)})
     if axes is not None:
-        _histogram(axes, *known[names[0]][:3], passed, known[names[0]][3])
+        title, unit, y, log, limit = known[names[0]]
+        _histogram(axes, title, unit, y, passed, log, limit)
         return axes.figure
     from matplotlib.figure import Figure
 
@@ -410,34 +432,72 @@ def _ensemble(e: EnsembleResult, what: str | None, axes: "Axes | None") -> "Figu
     figure = Figure(figsize=(1.2 + 3.6 * across, 2.4 * down + 0.6), layout="constrained")
     grid = figure.subplots(down, across, squeeze=False).ravel()
     for ax, name in zip(grid, names):
-        title, unit, y, log = known[name]
-        _histogram(ax, title, unit, y, passed, log)
+        title, unit, y, log, limit = known[name]
+        _histogram(ax, title, unit, y, passed, log, limit)
     for ax in grid[len(names):]:
         ax.set_visible(False)
     s = e.summary
-    constant = textwrap.fill(f"the same in every case: {', '.join(same.values())}", int(11 * figure.get_figwidth())) if same else ""
+    constant = textwrap.fill(f"in every case: {', '.join(same.values())}", int(11 * figure.get_figwidth())) if same else ""
     figure.suptitle("\n".join([f"{s['title'] or 'ensemble'}    {s['passed']} of {s['cases']} cases passed", *constant.splitlines()]), x=0.01, ha="left", fontsize=11, color=INK)
     return figure
 
 
-def plot(result: Result | EnsembleResult | PathLike, path: PathLike | None = None, what: str | None = None, axes: "Axes | None" = None, label: str | None = None, legend: bool = True) -> Any:
-    """Draws a result, or the one in a folder. path: a .png, .svg or .pdf file; None: plot.png in the folder of the run, or for a
+MARKS = "o^Dvs<>*"
+
+
+def _comparison(c: Comparison, axes: "Axes | None") -> "Figure":
+    """Error against CPU time, a line for each method: of more than sixteen those that no other beats in both and the reference solvers have a
+    colour each, the others are thin."""
+    lines, content = c.lines(), c.content
+    if axes is None:
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(9, 5.6), layout="constrained")
+        axes = figure.subplots()
+        figure.suptitle(f"{content['title'] or 'comparison'}    {content['duration_s']:g} s simulated", x=0.01, ha="left", fontsize=11, color=INK)
+    _style(axes, "largest relative energy error" if content["error"] == "energy" else f"error of the trajectory at {content['trajectory']['time_s']:g} s", "1")
+    axes.set_xlabel("CPU time of one core [s]", fontsize=8, color=SOFT)
+    points = sorted((x, y, name) for name, (xs, ys) in lines.items() for x, y in zip(xs, ys))
+    best = {name for k, (_, y, name) in enumerate(points) if all(y < other for _, other, _ in points[:k])}
+    rivals = {r["method"] for r in content["runs"] if r["rival"]}
+    named = [n for n in lines if len(lines) <= 16 or n in best or n in rivals]
+    for name in [n for n in lines if n not in named]:
+        axes.plot(*lines[name], color=GUIDE, linewidth=0.6, label="_thin")
+    if thin := len(lines) - len(named):
+        axes.plot([], [], color=GUIDE, linewidth=0.6, label=f"{thin} others")
+    for k, name in enumerate(named):
+        fill = {"markerfacecolor": "white"} if name in rivals else {}
+        axes.plot(*lines[name], color=LINES[k % 8], linestyle=DASHES[(k // 8) % 8] if name not in rivals else "--", marker=MARKS[(k + k // 8) % 8], markersize=4, linewidth=1.2, label=name, **fill)
+    target = content["advice"]["target"]
+    if points and 1e-3 * min(y for _, y, _ in points) < target < 1e3 * max(y for _, y, _ in points):
+        axes.axhline(target, color=ALARM, linestyle=":", linewidth=1.2, label=f"target {target:.3g}")
+    axes.set(xscale="log", yscale="log")
+    axes.legend(loc="center left", bbox_to_anchor=(1, 0.5), fontsize=7, labelcolor=INK, frameon=False, handlelength=3)
+    return axes.figure
+
+
+def plot(result: Result | EnsembleResult | Comparison | PathLike, path: PathLike | None = None, what: str | None = None, axes: "Axes | None" = None, label: str | None = None, legend: bool = True) -> Any:
+    """Draws a result, an ensemble or a comparison, or the one in a folder. path: a .png, .svg or .pdf file; None: plot.png in the folder of the run, or for a
     run in memory the Figure alone, which is returned in any case. Phases of a scene with events have a picture each, but for their
     motion, which is in one. Of an ensemble: histograms over its cases, what: one number by its name; those that are the same in every case are named
-    in the title.
+    in the title. Of a comparison: error against CPU time of each method, in axes of yours too.
 
     what: "motion", "states" or one panel, see panel(); then a file is written only if path names one. axes: matplotlib axes to draw it in, where
     several runs may be, each by its label. legend=False: without the names of lines. The title is the ordinary one, which axes.set_title("mine")
     replaces.
     """
+    if not isinstance(result, (Result, EnsembleResult, Comparison)):
+        result = open_result(result)
+    if isinstance(result, Comparison):
+        if what is not None or label is not None or not legend:
+            raise InvalidArgument("a comparison has one picture, expected neither what nor label nor legend")
+        return _saved(_comparison(result, axes), path if path is not None or axes is not None or result.folder is None else result.folder / "plot.png")
     if what is None and axes is not None:
         raise InvalidArgument("axes are of one panel, expected what as well")
     if not legend and what is None:
         raise InvalidArgument("legend is of one panel, expected what as well")
     if label is not None and axes is None:
         raise InvalidArgument("label is of a run in axes of yours, expected axes as well")
-    if not isinstance(result, (Result, EnsembleResult)):
-        result = open_result(result)
     if isinstance(result, EnsembleResult):
         figure = _ensemble(result, what, axes)
         if path is None and what is None:

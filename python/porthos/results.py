@@ -170,7 +170,7 @@ class Result(Judged):
         """How the mechanism moved, at no more than `most` records: {"joints [rad]": {"elbow": ...}, ..., "time [s]": {"t": ...}}.
 
         The scene's outputs; positions and rates of joints; rotation from the start, rates, path and velocity of free bodies;
-        deflection, stiffness setting, stiffness and torque of actuators, angle and torque of their motors, as motion.svg has
+        deflection, stiffness setting, stiffness and torque of actuators, angle, torque and power of their motors, as motion.svg has
         them. Phases follow each other: nan where a phase has no such line. bands: of more records the least and the largest of each
         part, in place of one record of it, as pictures show them.
         Raises InvalidArgument for a system without a mechanism.
@@ -217,7 +217,7 @@ class Result(Judged):
 
 
 def open(folder: PathLike) -> Any:
-    """The Result in a folder that a run has written, or the EnsembleResult of an ensemble.
+    """The Result in a folder that a run has written, the EnsembleResult of an ensemble, or the Comparison of compare.
 
     Raises InvalidArgument where there is none, or an unfinished one.
     """
@@ -227,12 +227,14 @@ def open(folder: PathLike) -> Any:
         raise InvalidArgument(f"{folder} is not a folder, expected one with the results of a run")
     if not summary.exists() and (folder / "ensemble.json").exists():
         return open_ensemble(folder)
+    if not summary.exists() and (folder / "compare.json").exists():
+        return open_comparison(folder)
     if not summary.exists() and (folder / "parts").exists():
         raise InvalidArgument(f"{folder} holds an unfinished ensemble: continue it with resume=True")
     if not summary.exists():
         unfinished = (folder / "checkpoint").exists()
         raise InvalidArgument(f"{folder} holds an unfinished run: continue it with resume=True" if unfinished else
-                              f"{folder} has no summary.json, expected the results of a run or an ensemble")
+                              f"{folder} has no summary.json, expected the results of a run, an ensemble or a comparison")
     try:
         content = json.loads(summary.read_text(encoding="utf-8"))
     except ValueError as e:
@@ -331,5 +333,27 @@ class Comparison:
         self.table = table  #: as compare.txt
         self.folder = folder
 
+    def lines(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Of each method, by its name in the table, CPU times [s] and errors of the trials that reached their end, from coarse to fine.
+
+        The error is that of the advice, content["error"]: the largest relative one of the energy, or that of the trajectory.
+        """
+        lines: dict[str, list[tuple[float, float]]] = {}
+        for r in self.content["runs"]:
+            name = r["method"] + (" short" if r["iteration_tolerance"] else "") + ("" if r["step_control"] == "fixed" else f" {r['step_control']}")
+            error = r["energy"]["max_rel_error"] if self.content["error"] == "energy" else r["trajectory_error"]
+            if r["outcome"] == "ok" and error and r["cpu_s"]:
+                lines.setdefault(name, []).append((r["cpu_s"], error))
+        return {name: (np.array([x for x, _ in points]), np.array([y for _, y in points])) for name, points in lines.items()}
+
     def __str__(self) -> str:
         return self.table
+
+
+def open_comparison(folder: Path) -> Comparison:
+    """The comparison in a folder. Raises InvalidArgument for a damaged one."""
+    try:
+        content = json.loads((folder / "compare.json").read_text(encoding="utf-8"))
+        return Comparison(content, (folder / "compare.txt").read_text(encoding="utf-8"), folder)
+    except (ValueError, OSError) as e:
+        raise InvalidArgument(f"the comparison in {folder} is damaged: {e}") from None

@@ -252,12 +252,13 @@ def report(folder: PathLike, out: PathLike | None = None, *, models: Sequence[Pa
 
 def film(results: PathLike, out: PathLike | None = None, *, start: float | None = None, end: float | None = None, speed: float | None = None,
          size: tuple[int, int] = (1280, 720), camera: str = "iso", follow: str | None = None, orbit: bool = False, arrows: bool = False,
-         dark: bool = False, trail: bool = False, text: bool = True) -> Path:
+         dark: bool = False, trail: bool = False, trail_of: Union[str, Sequence[str]] = (), text: bool = True) -> Path:
     """Writes a film (.mp4) of the playback, or the picture at `start` (.png), by a Chromium without a window: docs/report.md.
 
     results: a folder of results, of a part of which the records are shown, or a report.html, as it is. out: film.mp4 in that folder unless given. start, end [s]; speed in simulated seconds per second, the
     whole in 20 s unless given. camera: iso, x, y or z. follow: place, base or world; unless given the world
-    with trail and where a contact touches it, else the place. trail: the whole paths of the last links' centres of mass, not their last part.
+    with trail and where a contact touches it, else the place. trail: whole paths, not their last part; of the last links' centres of mass, or
+    trail_of: of the origins of these links.
     text: the time in a corner. Raises InvalidArgument for a report without a playback, a bad option, or if no browser is found.
     """
     source = Path(results)
@@ -267,7 +268,7 @@ def film(results: PathLike, out: PathLike | None = None, *, start: float | None 
     elif not source.is_file():
         raise InvalidArgument(f"{source} is no folder of results and no report.html")
     out = Path(out) if out is not None else (source if source.is_dir() else source.parent) / "film.mp4"
-    remark = _core.write_film(str(source), str(out), size, start, end, speed, camera, follow or ("world" if trail else ""), orbit, arrows, dark, trail, text)
+    remark = _core.write_film(str(source), str(out), size, start, end, speed, camera, follow or ("world" if trail else ""), orbit, arrows, dark, trail, [trail_of] if isinstance(trail_of, str) else list(trail_of), text)
     if remark:
         warnings.warn(remark, stacklevel=2)
     return out

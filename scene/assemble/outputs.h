@@ -23,6 +23,12 @@ struct OutputColumn {
 /// Of the scene's outputs, in their order.
 std::vector<OutputColumn> output_columns(const Scene& scene, const Assembly& assembly);
 
+/// The unit of one number of an output or a panel: of a wrench, "N m, N", the first one of its
+/// moments, "mx", and the second one of its forces.
+std::string unit_of_number(const std::string& unit, const std::string& name);
+/// The unit of each number of all outputs, in the order of number_names().
+std::vector<std::string> number_units(const Scene& scene, const Assembly& assembly);
+
 /// A point on a link of a mechanism.
 struct PlaceOnLink {
   int node = -1;  ///< of the moving body; -1: the world

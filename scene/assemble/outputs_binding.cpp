@@ -48,6 +48,21 @@ std::vector<OutputColumn> output_columns(const Scene& scene, const Assembly& ass
   return all;
 }
 
+std::string unit_of_number(const std::string& unit, const std::string& name) {
+  const size_t comma = unit.find(", "), dot = name.rfind('.');
+  if (comma == unit.npos) return unit;
+  return name[dot == name.npos ? 0 : dot + 1] == 'm' ? unit.substr(0, comma)
+                                                     : unit.substr(comma + 2);
+}
+
+std::vector<std::string> number_units(const Scene& scene, const Assembly& assembly) {
+  std::vector<std::string> all;
+  for (const Output& o : scene.outputs)
+    for (const auto& name : component_names(o))
+      all.push_back(unit_of_number(unit_of(o, scene, assembly), name));
+  return all;
+}
+
 PlaceOnLink place_on_link(const mechanics::Mechanism& m, const LinkPoint& p,
                           const std::string& where) {
   const mechanics::Pose point{mechanics::Mat3<double>::identity(), p.at};

@@ -1,5 +1,6 @@
 #pragma once
 #include <atomic>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -86,6 +87,9 @@ Comparison compare(const Scene& scene, const Assembly& assembly, const CompareOp
 /// compare.json, compare.txt and work_precision.svg, as documented in docs/compare.md.
 /// @throws IoError "cannot write <path>: ..."
 void write_comparison(const std::string& folder, const Scene& scene, const Comparison& comparison);
+/// Draws work_precision.svg in a folder of write_comparison() again. @return its path
+/// @throws InvalidArgument for a folder without a compare.json, or with a damaged one
+std::string replot_comparison(const std::filesystem::path& folder);
 std::string comparison_json(const Scene& scene, const Comparison& comparison);
 /// Which trials a table has: all, or of each method the one nearest to the target.
 enum class TrialRows { all, nearest };

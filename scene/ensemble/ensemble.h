@@ -1,8 +1,9 @@
 #pragma once
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -121,6 +122,11 @@ struct Spread {
   std::int64_t worst = -1;  ///< the case with the largest
 };
 
+/// Whether numbers from least to largest are the same but for rounding.
+inline bool same_in_every_case(double least, double largest) {
+  return largest - least <= 1e-12 * std::max(std::abs(least), std::abs(largest));
+}
+
 /// Statistics of an event over the cases.
 struct EventSpread {
   std::string name;
@@ -130,28 +136,40 @@ struct EventSpread {
 
 /// A number of an [[output]] over the cases: at the end, and its extremes at the records.
 struct OutputSpread {
-  std::string name;
+  std::string name, unit;
   Spread end, least, largest;
 };
 
-/// The number that is furthest on the wrong side of a requirement, at the records of the cases.
+/// A requirement over the cases, and the number that is furthest on its wrong side, at the records.
 struct RequirementWorst {
-  std::string check, output;  ///< "stop.too fast", the number it limits
-  bool above = true;          ///< the worst is the largest; else the least
+  std::string check, output, unit;  ///< "stop.too fast", the number it limits, of which unit
+  double limit = 0;
+  bool above = true;  ///< fails above the limit, the worst is the largest; else the least
   double value = 0;
   std::int64_t of_case = -1;
 };
 
+/// The limit of a check, so that people can read it: "2e-13", "at most 3 rad/s"; "": not known.
+std::string limit_text(const Ensemble& ensemble, const std::string& check);
+
+/// A kind of trouble: in how many cases, and the first of them.
+struct CaseKind {
+  static constexpr size_t most_named = 8;
+  std::string name;
+  std::int64_t count = 0;
+  std::vector<std::int64_t> first = {};
+};
+/// The one with a name; null: there is none.
+const CaseKind* kind_of(const std::vector<CaseKind>& kinds, const std::string& name);
+
 /// How the cases of an ensemble ended.
 struct EnsembleReport {
   std::int64_t cases = 0, done = 0, passed = 0;
-  std::int64_t not_judged = 0;                   ///< none of their checks is telling
-  std::map<std::string, std::int64_t> failures;  ///< cases that did not reach their end, by reason
-  /// Checks that did not hold, and in how many cases.
-  std::vector<std::pair<std::string, std::int64_t>> failed_checks;
-  /// Requirements that were not judged, and in how many cases: never looked at, or the case did not
-  /// reach its end.
-  std::vector<std::pair<std::string, std::int64_t>> not_judged_checks;
+  std::int64_t not_judged = 0;          ///< none of their checks is telling
+  std::vector<CaseKind> failures;       ///< did not reach their end, by reason
+  std::vector<CaseKind> failed_checks;  ///< checks that did not hold
+  /// Requirements that were not judged: never looked at, or the case did not reach its end.
+  std::vector<CaseKind> not_judged_checks;
   Spread energy, linear, angular;   ///< of the others: relative errors, maxima over the run
   std::vector<EventSpread> events;  ///< in the order of the scene, over all cases
   std::vector<OutputSpread> outputs;
@@ -169,9 +187,6 @@ struct EnsembleReport {
                                           : Verdict::fail;
   }
 };
-
-/// "; the largest tip_speed at the records is 0.52, in case 17", of a check; "": not known.
-std::string worst_text(const EnsembleReport& report, const std::string& check);
 
 /// Selects which cases are run, where, and how.
 struct EnsembleOptions {
@@ -208,6 +223,9 @@ EnsembleReport run_ensemble(const Ensemble& ensemble, const EnsembleOptions& opt
 /// Writes the results if every case is finished, and then removes the logs.
 EnsembleReport finish_ensemble(const Ensemble& ensemble, CaseStore& store,
                                const EnsembleOptions& options);
+
+/// What the finished cases of a store show. Cost: reads each row once.
+EnsembleReport report_on(const Ensemble& ensemble, const CaseStore& store);
 
 /// ensemble.h5, ensemble.json and ensemble.svg.
 void write_ensemble(const std::filesystem::path& folder, const Ensemble& ensemble,

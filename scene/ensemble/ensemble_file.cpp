@@ -2,20 +2,17 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "scene/assemble/key_unit.h"
+#include "scene/assemble/outputs.h"
 #include "scene/ensemble/ensemble.h"
 #include "scene/ensemble/ensemble_plot.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_file.h"
-#include "scene/run/stop_values.h"
 
 namespace porthos::scene {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using Kind = Hdf5File::Kind;
 
 constexpr std::int64_t rows_at_once = 4096;  // a chunk of the file
@@ -77,7 +74,16 @@ std::vector<CaseColumn> add_columns(Hdf5File& file, const Ensemble& e) {
   };
   constexpr Kind real = Kind::real, integer = Kind::integer;
   add("inputs", l.inputs, l.columns, real, "", lines(e.cases().column_names()));
+  if (l.columns > 0) {
+    std::vector<std::string> of_inputs;
+    for (const auto& key : e.cases().column_names())
+      of_inputs.push_back(unit_of_key(e.scene(), key, e.assembly()));
+    columns.back().data.attribute("units", lines(of_inputs));
+  }
   add("status", l.status, 1, integer, "1");
+  std::vector<std::string> statuses;
+  for (int k = 0; k <= case_event_refused; ++k) statuses.emplace_back(case_status(k));
+  columns.back().data.attribute("names", lines(statuses));
   add("steps", l.steps, 1, integer, "1");
   add("passed", l.passed, 1, integer, "1");
   add("failed_checks", l.failed, 1, integer, "1");
@@ -97,10 +103,14 @@ std::vector<CaseColumn> add_columns(Hdf5File& file, const Ensemble& e) {
   const std::string events = lines(event_names(e.scene()));
   add("events/time", l.event_time(), l.events, real, "s", events);
   add("events/dissipated", l.event_loss(), l.events, real, "J", events);
-  const std::string outputs = lines(number_names(e.scene().outputs));
-  add("outputs/end", l.output_end(), l.outputs, real, "", outputs);
-  add("outputs/least", l.output_least(), l.outputs, real, "", outputs);
-  add("outputs/largest", l.output_largest(), l.outputs, real, "", outputs);
+  const std::string outputs = lines(number_names(e.scene().outputs)),
+                    units = lines(number_units(e.scene(), e.assembly()));
+  for (const auto& [name, at] : {std::pair{"outputs/end", l.output_end()},
+                                 {"outputs/least", l.output_least()},
+                                 {"outputs/largest", l.output_largest()}}) {
+    add(name, at, l.outputs, real, "", outputs);
+    if (l.outputs > 0) columns.back().data.attribute("units", units);
+  }
   if (l.stops > 0) {
     add("end_time", l.end_time(), 1, real, "s");
     add("stop", l.stop(), 1, integer, "1");
@@ -142,176 +152,7 @@ void write_file(const std::filesystem::path& path, const Ensemble& e, const Case
   file.close();
 }
 
-Spread spread_of(const std::vector<std::pair<double, std::int64_t>>& unsorted) {
-  auto v = unsorted;
-  std::sort(v.begin(), v.end());
-  Spread s;
-  if (v.empty()) {
-    std::fill(std::begin(s.quantiles), std::end(s.quantiles), NAN);
-    return s;
-  }
-  for (size_t i = 0; i < std::size(quantile_levels); ++i) {
-    const double rank = std::ceil(quantile_levels[i] * double(v.size()));
-    s.quantiles[i] = v[size_t(std::max(rank, 1.0)) - 1].first;
-  }
-  s.worst = v.back().second;
-  return s;
-}
-
-/// outputs: at the end, the least and the largest, of all numbers each.
-std::vector<RequirementWorst> worst_of(
-    const Scene& scene, const std::vector<std::vector<std::pair<double, std::int64_t>>>& outputs) {
-  std::vector<RequirementWorst> all;
-  const auto numbers = number_names(scene.outputs);
-  for (const Stop& stop : scene.stops) {
-    const auto at = size_t(std::ranges::find(numbers, stop.output) - numbers.begin());
-    if (!stop.is_requirement() || stop.after > 0 || at == numbers.size()) continue;
-    const auto& values = outputs[at + (stop.above ? 2 : 1) * numbers.size()];
-    if (values.empty()) continue;
-    const auto [least, largest] =
-        std::ranges::minmax_element(values, {}, &std::pair<double, std::int64_t>::first);
-    const auto& worst = stop.above ? *largest : *least;
-    all.push_back({name_of_check(stop), stop.output, stop.above, worst.first, worst.second});
-  }
-  return all;
-}
-
-/// The report over the cases of a store.
-EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
-  EnsembleReport r;
-  const CaseLayout& l = e.layout();
-  r.cases = e.cases().cases;
-  r.done = store.done();
-  std::vector<std::pair<double, std::int64_t>> energy, linear, angular;
-  std::vector<std::vector<std::pair<double, std::int64_t>>> times(l.events);
-  std::vector<double> row(l.size());
-  std::vector<std::vector<std::pair<double, std::int64_t>>> outputs(3 * l.outputs);
-  r.stopped.assign(l.stops, 0);
-  std::map<std::string, std::int64_t> failed, open;
-  for (std::int64_t i = 0; i < r.cases; ++i) {
-    if (!store.has(i)) continue;
-    store.read(i, row);
-    for (size_t k = 0; k < l.events; ++k)
-      if (const double at = row[l.event_time() + k]; !std::isnan(at)) times[k].emplace_back(at, i);
-    for (size_t k = 0; k < outputs.size(); ++k)
-      if (const double v = row[l.output_end() + k]; !std::isnan(v)) outputs[k].emplace_back(v, i);
-    if (l.stops > 0 && integer(row[l.stop()]) >= 0) ++r.stopped[size_t(integer(row[l.stop()]))];
-    for (const auto& check : e.checks().names_of(integer(row[l.failed]))) ++failed[check];
-    if (l.stops > 0)
-      for (const auto& check : e.checks().names_of(integer(row[l.open()]))) ++open[check];
-    const int status = int(integer(row[l.status]));
-    if (status != 0) {
-      ++r.failures[case_status(status)];
-    } else {
-      energy.emplace_back(row[l.energy], i);
-      linear.emplace_back(row[l.linear], i);
-      angular.emplace_back(row[l.angular], i);
-    }
-    const auto verdict = integer(row[l.passed]);
-    if (verdict == 2) ++r.not_judged;
-    if (verdict == 1)
-      ++r.passed;
-    else if (r.not_passed.size() < 10)
-      r.not_passed.push_back(i);
-  }
-  for (const auto& name : e.checks().names()) {
-    if (failed.count(name)) r.failed_checks.emplace_back(name, failed[name]);
-    if (open.count(name)) r.not_judged_checks.emplace_back(name, open[name]);
-  }
-  r.energy = spread_of(energy);
-  r.linear = spread_of(linear);
-  r.angular = spread_of(angular);
-  const auto names = event_names(e.scene());
-  for (size_t k = 0; k < l.events; ++k)
-    r.events.push_back({names[k], std::int64_t(times[k].size()), spread_of(times[k])});
-  r.requirements = worst_of(e.scene(), outputs);
-  const auto numbers = number_names(e.scene().outputs);
-  for (size_t k = 0; k < l.outputs; ++k)
-    r.outputs.push_back({numbers[k], spread_of(outputs[k]), spread_of(outputs[l.outputs + k]),
-                         spread_of(outputs[2 * l.outputs + k])});
-  return r;
-}
-
-Json json_of(const Spread& s) {
-  static const char* names[] = {"min", "q05", "q25", "median", "q75", "q95", "max"};
-  Json j;
-  for (size_t i = 0; i < std::size(names); ++i) j[names[i]] = s.quantiles[i];
-  if (s.worst >= 0) j["case_of_max"] = s.worst;
-  return j;
-}
-
 }  // namespace
-
-std::string worst_text(const EnsembleReport& r, const std::string& check) {
-  const auto at = std::ranges::find(r.requirements, check, &RequirementWorst::check);
-  if (at == r.requirements.end()) return "";
-  return fmt::format("; the {} {} at the records is {:.4g}, in case {}",
-                     at->above ? "largest" : "least", at->output, at->value, at->of_case);
-}
-
-std::string ensemble_json(const Ensemble& e, const CaseStore& store, const EnsembleReport& r) {
-  const CaseLayout& l = e.layout();
-  Json j;
-  j["title"] = e.scene().title;
-  j["method"] = e.scene().method;
-  j["step_s"] = e.scene().step;
-  j["duration_s"] = e.scene().duration;
-  j["cases"] = r.cases;
-  j["passed"] = r.passed;
-  j["not_judged"] = r.not_judged;
-  j["verdict"] = to_string(r.verdict());
-  Json failures = Json::object();
-  for (const auto& [why, count] : r.failures) failures[why] = count;
-  j["failures"] = failures;
-  j["failed_checks"] = Json::object();
-  for (const auto& [check, count] : r.failed_checks) j["failed_checks"][check] = count;
-  j["not_judged_checks"] = Json::object();
-  for (const auto& [check, count] : r.not_judged_checks) j["not_judged_checks"][check] = count;
-  j["energy_error"] = json_of(r.energy);
-  const phs::Description& d = e.assembly().model->description();
-  for (const auto& i : d.invariants) {
-    if (i.name == "linear_momentum") j["linear_momentum_error"] = json_of(r.linear);
-    if (i.name == "angular_momentum") j["angular_momentum_error"] = json_of(r.angular);
-  }
-  const Limits& limits = e.scene().verify;
-  j["limits"] = Json::object();
-  for (const auto& [name, limit] : {std::pair{"energy_error", limits.energy},
-                                    {"linear_momentum_error", limits.linear_momentum},
-                                    {"angular_momentum_error", limits.angular_momentum}})
-    if (limit) j["limits"][name] = *limit;
-  for (const EventSpread& event : r.events)
-    j["events"].push_back(
-        {{"event", event.name}, {"happened", event.happened}, {"time_s", json_of(event.time)}});
-  for (const OutputSpread& o : r.outputs)
-    j["outputs"][o.name] = {
-        {"end", json_of(o.end)}, {"least", json_of(o.least)}, {"largest", json_of(o.largest)}};
-  for (const RequirementWorst& w : r.requirements)
-    j["requirements"][w.check] = {{"output", w.output},
-                                  {"is", w.above ? "largest" : "least"},
-                                  {"value", w.value},
-                                  {"case", w.of_case}};
-  for (size_t k = 0; k < l.stops; ++k)
-    if (const Stop& stop = e.scene().stops[k]; stop.ends) j["stopped"][stop.name] = r.stopped[k];
-  Json not_passed = Json::array();
-  std::vector<double> row(l.size());
-  const auto names = e.cases().column_names();
-  for (const std::int64_t i : r.not_passed) {
-    store.read(i, row);
-    Json inputs = Json::object();
-    for (size_t k = 0; k < names.size(); ++k) inputs[names[k]] = row[l.inputs + k];
-    Json one = {{"case", i},
-                {"status", case_status(int(integer(row[l.status])))},
-                {"failed_checks", e.checks().names_of(integer(row[l.failed]))},
-                {"steps", integer(row[l.steps])},
-                {"energy_error", row[l.energy]},
-                {"inputs", inputs}};
-    for (size_t k = 0; k < l.events; ++k)
-      if (std::isnan(row[l.event_time() + k])) one["never_happened"].push_back(r.events[k].name);
-    not_passed.push_back(one);
-  }
-  j["first_not_passed"] = not_passed;
-  return j.dump(2) + "\n";
-}
 
 void write_ensemble(const std::filesystem::path& folder, const Ensemble& e, const CaseStore& store,
                     const EnsembleReport& r) {
@@ -325,7 +166,7 @@ void write_ensemble(const std::filesystem::path& folder, const Ensemble& e, cons
 }
 
 EnsembleReport finish_ensemble(const Ensemble& e, CaseStore& store, const EnsembleOptions& o) {
-  EnsembleReport r = report_of(e, store);
+  EnsembleReport r = report_on(e, store);
   r.damage = store.damage();
   if (r.done < r.cases) return r;
   // The last part does not write what --join writes: another process may be writing it too.

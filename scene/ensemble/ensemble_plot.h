@@ -5,7 +5,8 @@
 namespace porthos::scene {
 
 /// The distribution of the errors of the cases, as an SVG document: a histogram per invariant on a
-/// logarithmic axis, with the median, the 95 % quantile and the limit of the verdict.
+/// logarithmic axis, with the median, the 95 % quantile and the limit of the verdict; and one per
+/// requirement, of the number it limits at the records.
 /// @param h5, json  ensemble.h5 and the text of ensemble.json
 /// @throws InvalidArgument if one of them is damaged
 std::string ensemble_plot(const std::filesystem::path& h5, const std::string& json);

@@ -53,7 +53,7 @@ std::vector<std::string> turning_joints(const MotionRecords& records);
 /// from the start as a vector along its axis, continuous where less than half a turn lies between
 /// two records), its angular rate in its own axes, its path from the start and its velocity, both
 /// in world axes. Rates are of the recorded momenta, v = M(q)⁻¹ p. Of an actuator its spring, and
-/// angle and torque (vsa::drive_torque, or what the drive holds) of a motor that moves.
+/// angle, torque (vsa::drive_torque, or what the drive holds) and power of a motor that moves.
 /// A joint that makes more than four turns, in whatever phase, has panels apart. Empty: a
 /// coordinate is not recorded.
 std::vector<TracePanel> motion_panels(const mechanics::Mechanism& mechanism,

@@ -77,16 +77,10 @@ std::vector<double> Shown::values(const std::vector<double>& v) const {
   if (parts_.empty()) return v;
   std::vector<double> shown;
   for (size_t k = 1; k < parts_.size(); ++k) {
-    const double *least = nullptr, *largest = nullptr;
-    for (size_t i = parts_[k - 1]; i < parts_[k]; ++i) {
-      if (std::isnan(v[i])) continue;
-      if (!least || v[i] < *least) least = &v[i];
-      if (!largest || v[i] > *largest) largest = &v[i];
-    }
-    const bool known = least != nullptr;
-    const double *first = std::min(least, largest), *second = std::max(least, largest);
-    shown.push_back(known ? *first : std::nan(""));
-    shown.push_back(known ? *second : std::nan(""));
+    LeastAndLargest part;
+    for (size_t i = parts_[k - 1]; i < parts_[k]; ++i) part.add(v[i]);
+    shown.push_back(part.first());
+    shown.push_back(part.second());
   }
   return shown;
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -14,6 +15,30 @@ inline constexpr std::int64_t most_shown = 1500;  ///< values of a line in a pic
 std::vector<std::int64_t> thinned(std::int64_t count, std::int64_t most);
 /// At most `most` of `count` records, equally far apart, the first and the last among them.
 std::vector<std::int64_t> evenly(std::int64_t count, std::int64_t most);
+
+/// The least and the largest of a part of a series, in the order in which they came; nan where it
+/// has no number.
+class LeastAndLargest {
+ public:
+  void add(double x) {
+    if (std::isnan(x)) return;
+    const bool none = std::isnan(least_);
+    if (none || x > largest_) {
+      largest_ = x;
+      falls_ = false;
+    }
+    if (none || x < least_) {
+      least_ = x;
+      falls_ = !none;
+    }
+  }
+  double first() const { return falls_ ? largest_ : least_; }
+  double second() const { return falls_ ? least_ : largest_; }
+
+ private:
+  double least_ = std::nan(""), largest_ = least_;
+  bool falls_ = false;
+};
 
 /// What a picture shows of records: all, or so many of them that a line holds.
 class Shown {

@@ -14,7 +14,7 @@ class SpringPanels {
  public:
   explicit SpringPanels(const MotionRecords& r) : r_(r) {}
   std::vector<TracePanel> panels() {
-    std::vector<TraceLine> deflection, stiffness, torque, motors;
+    std::vector<TraceLine> deflection, stiffness, torque, motors, powers;
     using Groups = std::vector<std::pair<std::string, std::vector<TraceLine>>>;
     Groups settings, driving;  // by their units
     const auto put = [](Groups& groups, const std::string& what, TraceLine l) {
@@ -42,21 +42,25 @@ class SpringPanels {
           line(s.name, [&](size_t i) { return -s.energy->slopes(q[i], theta[i], sigma[i]).q; }));
       const auto slopes = [&](size_t i) { return s.energy->slopes(q[i], theta[i], sigma[i]); };
       const auto& traits = s.energy->traits();
+      const auto drive = [&](const vsa::Drive& d, bool alone, const char* which,
+                             const std::vector<double>& angle, const std::string& what,
+                             const std::string& name, const auto& holds) {
+        const Driven driven = driven_by(d, alone, s.name + which, angle, holds);
+        if (driven.effort.empty()) return;
+        put(driving, what, line(name, [&](size_t i) { return driven.effort[i]; }));
+        if (!driven.rate.empty())
+          powers.push_back(line(name, [&](size_t i) { return driven.effort[i] * driven.rate[i]; }));
+      };
       if (!traits.sigma.empty())
-        if (const auto u = drive_torques(s.winder, s.winder_alone, s.name + ".sigma", sigma,
-                                         [&](size_t i) { return slopes(i).sigma; });
-            !u.empty())
-          put(driving,
+        drive(s.winder, s.winder_alone, ".sigma", sigma,
               fmt::format("{} [{}]",
                           traits.sigma_unit == "rad" ? "torques of motors" : "efforts of motors",
                           traits.sigma_effort_unit()),
-              line(s.name + ", sigma", [&](size_t i) { return u[i]; }));
+              s.name + ", sigma", [&](size_t i) { return slopes(i).sigma; });
       if (s.motor.kind == vsa::Drive::Kind::fixed) continue;
       motors.push_back(line(s.name, [&](size_t i) { return theta[i]; }));
-      if (const auto u = drive_torques(s.motor, s.alone, s.name + ".theta", theta,
-                                       [&](size_t i) { return slopes(i).theta; });
-          !u.empty())
-        put(driving, "torques of motors [N m]", line(s.name, [&](size_t i) { return u[i]; }));
+      drive(s.motor, s.alone, ".theta", theta, "torques of motors [N m]", s.name,
+            [&](size_t i) { return slopes(i).theta; });
     }
     add("deflections of springs [rad]", std::move(deflection));
     for (auto& [what, lines] : settings) add(what, std::move(lines));
@@ -64,24 +68,32 @@ class SpringPanels {
     add("torques of springs [N m]", std::move(torque));
     add("motors [rad]", std::move(motors));
     for (auto& [what, lines] : driving) add(what, std::move(lines));
+    add("powers of motors [W]", std::move(powers));
     return std::move(panels_);
   }
 
  private:
-  /// What a drive exerts at angles, of one without a rotor what it holds. Empty: not known.
+  /// What a drive exerts at each record, of one without a rotor what it holds, and the rate of its
+  /// coordinate. Empty: not known.
+  struct Driven {
+    std::vector<double> effort, rate;
+  };
   template <class Held>
-  std::vector<double> drive_torques(const vsa::Drive& d, bool alone, const std::string& of,
-                                    const std::vector<double>& angle, Held holds) {
+  Driven driven_by(const vsa::Drive& d, bool alone, const std::string& of,
+                   const std::vector<double>& angle, Held holds) {
     const auto p = r_.rows("momentum/" + link_name(of));
     const bool rotor = d.inertia > 0;
     if (d.kind == vsa::Drive::Kind::fixed || !alone || (rotor && p.size() != angle.size()))
       return {};
-    std::vector<double> u;
-    for (size_t i = 0; i < angle.size(); ++i)
-      u.push_back(
-          rotor ? vsa::drive_torque(d, r_.t[i], angle[i], p[i] / (d.gear * d.gear * d.inertia))
-                : holds(i));
-    return u;
+    const bool known = rotor || (d.kind == vsa::Drive::Kind::rate && d.command);
+    Driven all;
+    for (size_t i = 0; i < angle.size(); ++i) {
+      const double rate =
+          rotor ? p[i] / (d.gear * d.gear * d.inertia) : vsa::drive_rate(d, r_.t[i]);
+      all.effort.push_back(rotor ? vsa::drive_torque(d, r_.t[i], angle[i], rate) : holds(i));
+      if (known) all.rate.push_back(rate);
+    }
+    return all;
   }
   template <class F>
   TraceLine line(const std::string& name, F value) const {

@@ -26,12 +26,16 @@ struct Kept {
   }
 };
 
+Limits limits_of(const Scene& scene) {
+  return scene.verify.any() ? scene.verify : default_limits(scene.orbit.has_value());
+}
+
 class Judge {
  public:
   Judge(RunReport& r, const Scene& scene, const Declaration& method, const Meter& meter)
       : r_(r),
         scene_(scene),
-        limits_(scene.verify.any() ? scene.verify : default_limits(scene.orbit.has_value())),
+        limits_(limits_of(scene)),
         meter_(meter),
         method_(method),
         kept_(method, scene, r) {}
@@ -136,7 +140,7 @@ class Judge {
     if (meter_.constraint_rows() == 0)
       return cannot("constraints", limits_.constraints, "the system has no constraints");
     // Always checked. Every method that takes constraints closes both with any step.
-    const double limit = limits_.constraints.value_or(1e-12);
+    const double limit = limits_.constraints.value_or(usual_constraints);
     check("constraints", limit, r_.constraint_gap, false);
     check("constraint_rates", 10 * limit, r_.constraint_slip, false);
   }
@@ -233,6 +237,30 @@ Limits default_limits(bool in_orbit) {
 
 void judge(RunReport& r, const Scene& scene, const Declaration& method, const Meter& meter) {
   Judge(r, scene, method, meter).run();
+}
+
+std::optional<double> limit_of_check(const Scene& scene, const std::string& check) {
+  const Limits l = limits_of(scene);
+  const double constraints = l.constraints.value_or(usual_constraints);
+  const std::pair<const char*, Limit> known[] = {
+      {"energy", l.energy.value_or(*default_limits(false).energy)},
+      {"linear_momentum", l.linear_momentum},
+      {"linear_momentum (less impulses)", l.linear_momentum},
+      {"angular_momentum", l.angular_momentum},
+      {"angular_momentum (less impulses)", l.angular_momentum},
+      {"quaternion_norm", l.quaternion_norm},
+      {"constraints", constraints},
+      {"constraint_rates", 10 * constraints},
+      {"orbital", l.orbital},
+      {"coupling", l.coupling},
+      {"balance", l.balance},
+      {"step_halving", l.step_halving.value_or(usual_step_halving)},
+      {"momentum_across_events", momentum_limit},
+      {"missed_events", 0},
+      {"missed_handovers", 0}};
+  for (const auto& [name, limit] : known)
+    if (name == check) return limit;
+  return {};
 }
 
 std::string ending(const RunReport& r) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 
 #include "scene/run/measure.h"
@@ -21,8 +22,19 @@ bool has_more_to_judge(const RunReport& report, const Scene& scene, bool all);
 /// and the symmetry in time. Never throws: a check that cannot be made has failed.
 void judge_beside(RunReport& report, const Scene& scene, const Assembly& assembly, bool all);
 
+/// The limit of a check by its name, which is the same in every run of a scene; none: of a
+/// requirement, see Stop, and of a check that is made in another way.
+std::optional<double> limit_of_check(const Scene& scene, const std::string& check);
+
 /// Why a run ended early, and what may help.
 std::string ending(const RunReport& report);
+
+/// Limits that a scene need not state. If halving the step changes a trajectory by more than a
+/// thousandth of its size, it is not resolved.
+inline constexpr double usual_step_halving = 1e-3;
+inline constexpr double usual_constraints = 1e-12;
+/// Across an event: rounding of the state after it.
+inline constexpr double momentum_limit = 1e-14;
 
 /// The least relative energy error that contradicts a method's claim to keep the energy with any
 /// step.

@@ -23,9 +23,6 @@ constexpr std::int64_t steps_beside = 100;
 /// Steps forwards and backwards by a symmetric method leave rounding only, far below this limit; by
 /// a method that is not symmetric they leave far more.
 constexpr double symmetry_limit = 1e-9;
-/// If halving the step changes a trajectory by more than a thousandth of its size, it is not
-/// resolved.
-constexpr double step_halving_limit = 1e-3;
 
 /// Whether a pass would be meaningless: all checks made hold with any step.
 bool tells_nothing(const RunReport& r) {
@@ -58,7 +55,7 @@ class Beside {
   void step_halving() {
     const char* const name = "step_halving";
     const bool fails = std::ranges::any_of(r_.checks, [](const Check& c) { return !c.pass; });
-    attempt(name, scene_.verify.step_halving.value_or(step_halving_limit), [&] {
+    attempt(name, scene_.verify.step_halving.value_or(usual_step_halving), [&] {
       StateScale scale(a_.model->description());
       const auto whole = go(scale, scene_.step, steps_);
       if (!whole) return HUGE_VAL;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/run/verdict.h"
+
 namespace porthos::scene {
 namespace {
-
-constexpr double momentum_limit = 1e-14;  // across an event: rounding of the state after it
 
 double size(const mechanics::Vec3d& a) { return std::hypot(a.x, a.y, a.z); }
 

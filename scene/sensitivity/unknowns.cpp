@@ -7,8 +7,8 @@
 
 #include "mechanics/log_cholesky.h"
 #include "scene/assemble/assembly.h"
+#include "scene/assemble/key_unit.h"
 #include "scene/read/toml_table-inl.h"
-#include "vsa/catalogue.h"
 
 namespace porthos::scene {
 namespace {
@@ -51,9 +51,6 @@ std::optional<MassProperties> body_of(const Assembly& a, const std::string& name
   return {};
 }
 
-/// "element[0]" -> "element"
-std::string without_index(const std::string& key) { return key.substr(0, key.find('[')); }
-
 /// "body[0].linear_velocity[2]"
 bool is_start_of_body(const std::string& key) {
   constexpr const char* starts[] = {"].position", "].attitude", "].linear_velocity",
@@ -61,44 +58,6 @@ bool is_start_of_body(const std::string& key) {
   return key.starts_with("body[") && std::ranges::any_of(starts, [&](const char* start) {
            return key.find(start) != key.npos;
          });
-}
-
-/// The unit of a parameter of an actuator's family: of coefficients that of the first.
-std::string unit_in_family(const toml::table& actuator, const std::string& name) {
-  const auto own = actuator["family"].value_or(std::string());
-  for (const vsa::Family& f : vsa::families())
-    for (const vsa::Key& k : f.keys)
-      if (f.name == own && k.name == name) return k.unit.substr(0, k.unit.find(','));
-  return "";
-}
-
-/// The unit of a number of the scene: of "N m/rad (N/m)" the second if its joint slides.
-std::string unit_of(const toml::table& root, const std::string& key, const Assembly& a) {
-  const auto dot = key.rfind('.');
-  std::string id = without_index(key.substr(0, dot));
-  const std::string name = without_index(key.substr(dot + 1));
-  if (const auto* actuator = root.at_path(key.substr(0, key.find('.'))).as_table();
-      actuator && id == "actuator") {
-    if (key.find("].parameters.") != key.npos) return unit_in_family(*actuator, name);
-    if (key.find("].theta.") != key.npos) id = "actuator.drive";
-  }
-  bool slides = false;
-  if (const auto* element = root.at_path(key.substr(0, dot)).as_table();
-      element && id == "element") {
-    id += "." + (*element)["type"].value_or(std::string());
-    const auto& all = a.mechanism->coordinates();
-    const auto own = std::ranges::find(all, (*element)["joint"].value_or(std::string()),
-                                       &mechanics::JointCoordinates::name);
-    slides = own != all.end() && own->unit == "m";
-  }
-  const SchemaTable* table = schema_of(id);
-  for (const SchemaKey& k : table ? table->keys : std::vector<SchemaKey>()) {
-    if (k.name != name) continue;
-    const auto open = k.unit.find(" (");
-    if (open == std::string::npos) return k.unit;
-    return slides ? k.unit.substr(open + 2, k.unit.size() - open - 3) : k.unit.substr(0, open);
-  }
-  return "";
 }
 
 }  // namespace
@@ -250,7 +209,7 @@ void Unknowns::add_key(const std::string& name, const std::string& key, const As
     }
   }
   keys_.push_back({list_.size(), key});
-  add({name, unit_of(root, key, a), *value, *value != 0 ? std::fabs(*value) : 1.0,
+  add({name, unit_of_key(scene_, key, a), *value, *value != 0 ? std::fabs(*value) : 1.0,
        is_of_start(key) || is_start_of_body(key)},
       positive);
 }

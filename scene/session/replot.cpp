@@ -10,6 +10,7 @@
 
 #include "phs/error.h"
 #include "phs/nearest.h"
+#include "scene/assemble/outputs.h"
 #include "scene/files/files.h"
 #include "scene/plot/plot.h"
 #include "scene/run/columns.h"
@@ -133,15 +134,6 @@ Moved moved_if_known(const fs::path& folder) {
 /// "joints" of "joints [rad]"
 std::string without_unit(const std::string& what) { return what.substr(0, what.find(" [")); }
 
-/// " [N m]" of the moment "mx" in a panel " [N m, N]" of a wrench, else the panel's.
-std::string unit_of_line(const std::string& unit, const std::string& name) {
-  const size_t comma = unit.find(", ");
-  if (comma == unit.npos) return unit;
-  const size_t dot = name.rfind('.');
-  const bool moment = name[dot == name.npos ? 0 : dot + 1] == 'm';
-  return moment ? unit.substr(0, comma) + "]" : " [" + unit.substr(comma + 2);
-}
-
 /// Those of energies, works and residual in a run.h5, or a row of the ledger.
 TracePanel balance_panel(const fs::path& part, const Json& summary, const std::string& what,
                          const TimeSpan& span) {
@@ -222,7 +214,11 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what,
         fmt::format("what is '{}', the name of several panels, expected one of: {}", what, full));
   if (!found.empty()) return found;
   for (const TracePanel& p : motion.panels) {
-    const std::string name = without_unit(p.what), unit = p.what.substr(name.size());
+    const std::string name = without_unit(p.what);
+    const auto in_unit = [&](const std::string& title, const std::string& line) {
+      const auto inside = p.what.substr(name.size() + 2, p.what.size() - name.size() - 3);
+      return fmt::format("{} [{}]", title, unit_of_number(inside, line));
+    };
     const bool twice = std::ranges::count_if(motion.panels, [&](const TracePanel& other) {
                          return without_unit(other.what) == name;
                        }) > 1;
@@ -230,10 +226,10 @@ std::vector<TracePanel> named(const Motion& motion, const std::string& what,
       add_to_list(list, in_list(twice ? p.what : name));
     known.push_back(name);
     for (const TraceLine& l : p.lines) {
-      if (name + "." + l.name == what) return {{what + unit_of_line(unit, l.name), {l}}};
+      if (name + "." + l.name == what) return {{in_unit(what, l.name), {l}}};
       known.push_back(l.name);
       if (l.name != what) continue;
-      found.push_back({l.name + unit_of_line(unit, l.name), {l}});
+      found.push_back({in_unit(l.name, l.name), {l}});
       add_to_list(full, name + "." + l.name);
     }
   }

@@ -9,7 +9,9 @@
 #include <sstream>
 
 #include "integrators/catalogue.h"
+#include "scene/compare/compare.h"
 #include "scene/plot/svg.h"
+#include "tests/run/scenes.h"
 #include "tests/support/bounds.h"
 
 namespace porthos::test::work_precision_plot_test {
@@ -104,6 +106,51 @@ TEST(WorkPrecisionPlot, NamesLieOnNoLineAndNoOtherName) {
                                        "\" paint-order=\"stroke\">some_method</text>\n");
   }
   EXPECT_GT(seen_in(svg).on_lines, 0);
+}
+
+// The picture is made again from compare.json alone. Control: of other numbers it is another one.
+TEST(WorkPrecisionPlot, IsDrawnAgainFromTheResults) {
+  const TemporaryFolder folder;
+  auto c = crossing({"gauss4", "rk4", "gauss16"});
+  for (const auto control :
+       {integrators::StepControl::fixed, integrators::StepControl::time_transformed}) {
+    auto more = c.methods[2];
+    more.short_sweeps = control == integrators::StepControl::fixed;
+    more.control = control;
+    for (scene::Trial& t : more.trials) {
+      if (more.short_sweeps) t.setting.iteration_tolerance = 1e-6;
+      t.setting.control = control;
+      t.report.cpu_s *= 0.5;
+    }
+    c.methods.push_back(more);
+  }
+  c.methods[1].trials[0].failure = "did not converge";
+  const scene::Scene scene;
+  const auto json = folder / "compare.json", svg = folder / "work_precision.svg";
+  write_bytes(json, scene::comparison_json(scene, c));
+  EXPECT_EQ(scene::replot_comparison(folder / ""), svg.string());
+  const std::string drawn = read_bytes(svg);
+  EXPECT_EQ(drawn, scene::work_precision_plot(c, scene.target()));
+  for (const char* name : {">gauss16 short<", ">gauss16 time_transformed<"})
+    EXPECT_NE(drawn.find(name), drawn.npos) << name;
+  c.methods[0].trials[0].report.cpu_s *= 2;
+  EXPECT_NE(drawn, scene::work_precision_plot(c, scene.target())) << "control";
+  c.by_energy = false;
+  c.trajectory_time_s = 3;
+  c.reference.emplace().error = 1e-6;
+  for (auto& m : c.methods)
+    for (auto& t : m.trials) t.trajectory_error = 0.1 * t.report.energy.max_rel_error;
+  write_bytes(json, scene::comparison_json(scene, c));
+  (void)scene::replot_comparison(folder / "");
+  EXPECT_EQ(read_bytes(svg), scene::work_precision_plot(c, scene.target())) << "of trajectories";
+  write_bytes(json, "{}");
+  EXPECT_NE(refusal([&] { (void)scene::replot_comparison(folder / ""); }).find("is damaged"),
+            std::string::npos);
+  fs::remove(json);
+  EXPECT_NE(refusal([&] {
+              (void)scene::replot_comparison(folder / "");
+            }).find("has no compare.json, expected the results of porthos compare"),
+            std::string::npos);
 }
 
 }  // namespace

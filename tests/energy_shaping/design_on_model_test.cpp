@@ -312,7 +312,7 @@ TEST(DesignOnModel, RefusesAModelThatIsNotTheDesigns) {
   });
   EXPECT_EQ(why,
             "design 'inertia-wheel pendulum' does not apply: the axes of 'arm_joint' and "
-            "'rod_joint' are 90 degrees apart, expected parallel ones; a rotary pendulum is for "
+            "'rod_joint' are 1.571 rad apart, expected parallel ones; a rotary pendulum is for "
             "swing_up and lqr, or Python's numerical_matching");
   test::keeps("characters of this sentence", double(why.size()), 220);
   // The pole driven instead of the cart: a = 0.

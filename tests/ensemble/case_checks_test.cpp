@@ -17,6 +17,7 @@ namespace {
 
 using scene::Ensemble;
 using Names = std::vector<std::string>;
+using Cases = std::vector<std::int64_t>;
 
 /// A double pendulum from twelve heights; what more is asked of it.
 scene::Scene scene_of(const TemporaryFolder& folder, const std::string& more) {
@@ -83,12 +84,20 @@ TEST(CaseChecks, AreCountedAndNamedInTheResults) {
   const Ensemble e(scene_of(folder, "[verify]\nenergy = 1e-30\nbalance = 1e-6\n" + fast));
   const auto r = run_ensemble(e, {.out = (folder / "out").string(), .part = {}, .threads = 1});
   ASSERT_EQ(r.failed_checks.size(), 2u);
-  EXPECT_EQ(r.failed_checks[0], (std::pair<std::string, std::int64_t>("energy", 12)));
-  EXPECT_EQ(r.failed_checks[1].first, "stop.too fast");
-  EXPECT_EQ(r.failed_checks[1].second, r.stopped[0]);
+  EXPECT_EQ(r.failed_checks[0].name, "energy");
+  EXPECT_EQ(r.failed_checks[0].count, 12);
+  EXPECT_EQ(r.failed_checks[0].first, (Cases{0, 1, 2, 3, 4, 5, 6, 7})) << "no more than eight";
+  EXPECT_EQ(r.failed_checks[1].name, "stop.too fast");
+  EXPECT_EQ(r.failed_checks[1].count, r.stopped[0]);
   const auto json = nlohmann::json::parse(read_bytes(folder / "out/ensemble.json"));
   EXPECT_EQ(json.at("failed_checks"),
             (nlohmann::json{{"energy", 12}, {"stop.too fast", r.stopped[0]}}));
+  EXPECT_EQ(json["first_cases"]["failed_checks"]["energy"], (Cases{0, 1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(json["check_limits"],
+            (nlohmann::json{{"energy", "1e-30"}, {"stop.too fast", "at most 3 rad/s"}}));
+  EXPECT_EQ(json["outputs"]["size"]["unit"], "rad/s");
+  EXPECT_EQ(json["requirements"]["stop.too fast"]["limit"], 3);
+  EXPECT_EQ(json["requirements"]["stop.too fast"]["unit"], "rad/s");
   int fast_ones = 0;
   for (const auto& one : json.at("first_not_passed")) {
     const auto names = one.at("failed_checks").get<Names>();
@@ -104,6 +113,14 @@ TEST(CaseChecks, AreCountedAndNamedInTheResults) {
   for (const auto b : bits) stopped += e.checks().names_of(b).size() == 2;
   EXPECT_EQ(stopped, r.stopped[0]);
   EXPECT_TRUE(file.texts("failed_checks").at("names").starts_with("energy\n"));
+  EXPECT_EQ(file.texts("outputs/largest").at("units"), "rad/s\nrad/s");
+  EXPECT_EQ(file.texts("inputs").at("units"), "rad");
+  Cases fast_cases;
+  for (std::int64_t i = 0; i < 12; ++i)
+    if (e.checks().names_of(bits[size_t(i)]).size() == 2) fast_cases.push_back(i);
+  EXPECT_EQ(
+      r.failed_checks[1].first,
+      Cases(fast_cases.begin(), fast_cases.begin() + long(std::min<size_t>(8, fast_cases.size()))));
 }
 
 TEST(CaseChecks, OfStopsThatJudge) {
@@ -112,10 +129,12 @@ TEST(CaseChecks, OfStopsThatJudge) {
   const auto r = run_ensemble(e, {.out = (folder / "out").string(), .part = {}, .threads = 1});
   const auto ended =
       run_ensemble(ends, {.out = (other / "out").string(), .part = {}, .threads = 1});
-  EXPECT_EQ(r.failed_checks, ended.failed_checks);
   ASSERT_EQ(r.failed_checks.size(), 1u);
+  ASSERT_EQ(ended.failed_checks.size(), 1u);
+  EXPECT_EQ(r.failed_checks[0].first, ended.failed_checks[0].first);
+  EXPECT_EQ(r.failed_checks[0].count, ended.failed_checks[0].count);
   EXPECT_EQ(r.stopped[0], 0);
-  EXPECT_EQ(ended.stopped[0], r.failed_checks[0].second) << "control";
+  EXPECT_EQ(ended.stopped[0], r.failed_checks[0].count) << "control";
   double largest = -HUGE_VAL, of = -1;
   for (const auto& row : rows_of(e))
     if (const double v = row[e.layout().output_largest() + 1]; v > largest) {
@@ -125,10 +144,10 @@ TEST(CaseChecks, OfStopsThatJudge) {
   ASSERT_EQ(r.requirements.size(), 1u);
   EXPECT_EQ(r.requirements[0].value, largest);
   EXPECT_EQ(r.requirements[0].of_case, scene::integer(of));
-  EXPECT_EQ(scene::worst_text(r, "stop.too fast"),
-            fmt::format("; the largest {} at the records is {:.4g}, in case {}",
-                        e.scene().stops[0].output, largest, scene::integer(of)));
-  EXPECT_EQ(scene::worst_text(r, "stop.other"), "") << "control";
+  EXPECT_EQ(r.requirements[0].unit, "rad/s");
+  EXPECT_EQ(r.requirements[0].limit, 3);
+  EXPECT_EQ(scene::limit_text(e, "stop.too fast"), "at most 3 rad/s");
+  EXPECT_EQ(scene::limit_text(e, "stop.other"), "") << "control";
   const auto json = nlohmann::json::parse(read_bytes(folder / "out/ensemble.json"));
   EXPECT_EQ(json["requirements"]["stop.too fast"]["value"], largest);
   EXPECT_FALSE(json.contains("stopped")) << "it ends nothing";
@@ -140,7 +159,7 @@ TEST(CaseChecks, OfStopsThatJudge) {
 TEST(CaseChecks, RequirementsThatWereNotJudgedAreCountedApart) {
   const std::string late =
       "[[stop]]\nname = \"late\"\noutput = \"size\"\nabove = 3\nafter = 7\noutcome = \"judge\"\n";
-  using Counts = std::vector<std::pair<std::string, std::int64_t>>;
+  using Counts = std::vector<std::pair<std::string, Cases>>;
   const auto counted = [&](const std::string& more) {
     const TemporaryFolder folder;
     const Ensemble e(scene_of(folder, more));
@@ -151,15 +170,17 @@ TEST(CaseChecks, RequirementsThatWereNotJudgedAreCountedApart) {
     std::int64_t in_cases = 0;
     for (const auto b : bits) in_cases += std::int64_t(e.checks().names_of(b).size());
     std::int64_t all = 0;
-    for (const auto& [name, count] : r.not_judged_checks) {
-      EXPECT_EQ(json.at("not_judged_checks").at(name), count);
-      all += count;
+    Counts counts;
+    for (const scene::CaseKind& kind : r.not_judged_checks) {
+      EXPECT_EQ(json.at("not_judged_checks").at(kind.name), kind.count);
+      all += kind.count;
+      counts.emplace_back(kind.name, kind.first);
     }
     EXPECT_EQ(in_cases, all);
-    return r.not_judged_checks;
+    return counts;
   };
   EXPECT_TRUE(counted(judged()).empty());
-  EXPECT_EQ(counted(judged() + late), (Counts{{"stop.late", 12}}));
+  EXPECT_EQ(counted(judged() + late), (Counts{{"stop.late", {0, 1, 2, 3, 4, 5, 6, 7}}}));
   const TemporaryFolder folder;
   scene::Scene coarse =
       scene_of(folder, judged() + "[monitor]\nstep_limit = 1e-14\naction = \"stop\"\n");

@@ -15,6 +15,7 @@
 #include "scene/ensemble/ensemble.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/read/variation.h"
+#include "scene/session/run.h"
 #include "tests/ensemble/rows.h"
 #include "tests/places.h"
 #include "tests/support/bounds.h"
@@ -222,7 +223,9 @@ TEST_F(EnsembleCommand, ParametersOfTheModelAndCasesItRefuses) {
   const auto r = run("out");
   EXPECT_TRUE(r.complete);
   EXPECT_EQ(r.passed, 3);
-  EXPECT_EQ(r.failures, (std::map<std::string, std::int64_t>{{"refused", 1}}));
+  ASSERT_EQ(r.failures.size(), 1u);
+  EXPECT_EQ(r.failures[0].name, "refused");
+  EXPECT_EQ(r.failures[0].first, std::vector<std::int64_t>{2});
   EXPECT_EQ(r.not_passed, std::vector<std::int64_t>{2});
   const auto json = nlohmann::json::parse(bytes(folder_ / "out/ensemble.json"));
   EXPECT_EQ(json["first_not_passed"][0]["inputs"]["element[0].stiffness"], -2);

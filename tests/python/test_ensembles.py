@@ -85,4 +85,53 @@ def test_pictures(ensemble, tmp_path, monkeypatch):
         monkeypatch.setattr(type(ensemble), "outputs", lambda self, mass=mass: {**own(self), "mass": mass})
         figure = ph.plot(ensemble, tmp_path / "more.svg")
         assert [a.get_title() for a in figure.axes if a.get_visible()] == titles
-        assert ("the same in every case: mass 3" in figure._suptitle.get_text()) == told
+        assert ("in every case: mass 3" in figure._suptitle.get_text()) == told
+
+
+@pytest.fixture(scope="module")
+def judged(scene):
+    """Of which some cases fail a requirement, and an event happens at the same time in all."""
+    more = """
+[[output]]
+quantity = "formula"
+name = "size"
+formula = "abs(motion)"
+unit = "rad/s"
+[[stop]]
+name = "too fast"
+output = "size"
+above = 6
+outcome = "judge"
+[[event]]
+type = "lock"
+joint = "elbow"
+at = 4.0
+"""
+    path = scene.parent / "judged.toml"
+    path.write_text(scene.read_text() + more)
+    return ph.Scene(path).ensemble(scene.parent / "judged", progress=False)
+
+
+def test_tells_the_cases_and_the_limit_of_each_kind(judged, ensemble):
+    e = judged
+    failed = e.cases_of("stop.too fast")
+    assert 0 < len(failed) < 12 and set(failed) == set(np.flatnonzero(e.outputs("largest")["size"] > 6))
+    assert list(failed[:8]) == e.summary["first_cases"]["failed_checks"]["stop.too fast"]
+    text = str(e)
+    assert "at most 6 rad/s" in text and ", ".join(map(str, failed[:8])) in text and "in every case: lock of elbow at 4 s" in text
+    assert "at most 6 rad/s" in e._repr_html_() and "at most" not in str(ensemble)  # control: all passed
+    assert len(e.cases_of("energy")) == len(e.cases_of("refused")) == 0
+    refused(lambda: e.cases_of("ok"), "why is 'ok', expected one of stop.too fast")
+    assert e.unit("initial.joints.elbow.position") == "rad" and e.unit("size") == e.unit("motion") == "rad/s" and e.unit("energy_error_J") == "J"
+
+
+def test_pictures_have_the_limits_and_units(judged, tmp_path):
+    pytest.importorskip("matplotlib")
+    figure = ph.plot(judged, tmp_path / "judged.png")
+    axes = {a.get_title(): a for a in figure.axes if a.get_visible()}
+    assert list(axes) == ["energy error", "largest size at the records", "motion", "size"]
+    limited = axes["largest size at the records"]
+    assert limited.get_xlabel() == "rad/s" and axes["motion"].get_xlabel() == "rad/s" and axes["energy error"].get_xlabel() == "relative"
+    assert [line.get_label() for line in limited.get_lines()] == ["stop.too fast: limit 6"] and limited.get_lines()[0].get_xdata()[0] == 6
+    assert axes["motion"].get_lines()[:] == []  # control: nothing limits it
+    assert "in every case: lock of elbow at 4 s" in figure._suptitle.get_text()

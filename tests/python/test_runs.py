@@ -92,6 +92,22 @@ def test_verify_and_compare(pendulum):
     refused(lambda: ph.simulate(model, x, step=0.1, duration=1, limits={"enrgy": 1}), "enrgy")
 
 
+def test_a_comparison_is_opened_and_drawn(source, tmp_path):
+    c = ph.compare(source / "examples/double_pendulum/scene.toml", methods=["gauss4", "rk4"], duration=2, budget=1, out=tmp_path / "compare", progress=False)
+    again = ph.open(tmp_path / "compare")
+    assert isinstance(again, ph.Comparison) and again.content == c.content and str(again) == str(c)
+    lines = c.lines()
+    assert list(lines) == ["gauss4", "rk4"] and all(len(x) == len(y) > 1 for x, y in lines.values())
+    assert lines["rk4"][1][0] == next(r["energy"]["max_rel_error"] for r in c.content["runs"] if r["method"] == "rk4" and r["outcome"] == "ok")
+    pytest.importorskip("matplotlib")
+    figure = ph.plot(tmp_path / "compare")
+    (axes,) = figure.axes
+    shown = {line.get_label(): (line.get_color(), line.get_linestyle(), line.get_marker()) for line in axes.get_lines()}
+    assert {"gauss4", "rk4"} <= set(shown) and len(set(shown.values())) == len(shown)
+    assert axes.get_xlabel() == "CPU time of one core [s]" and (tmp_path / "compare" / "plot.png").exists()
+    refused(lambda: ph.plot(c, what="gauss4"), "a comparison has one picture")
+
+
 def test_what_a_scene_states_is_not_ignored_beside_it(source):
     path = source / "examples/double_pendulum/scene.toml"
     v = ph.verify(path, method="rk4", step=0.02, duration=2)

@@ -38,7 +38,7 @@ porthos("run", join(out("loose_scene"), "scene.toml"), "--duration", "4000", "--
 mkdirSync(out("many_scene"), { recursive: true });  // cases that pass and cases that do not, with names that must stay text
 cpSync(join(source, "examples/double_pendulum/double_pendulum.urdf"), join(out("many_scene"), "double_pendulum.urdf"));
 writeFileSync(join(out("many_scene"), "scene.toml"), readFileSync(example("double_pendulum"), "utf8").replace(/^title = .*/m, 'title = "Many <b>arms</b>"').replace(/^energy = .*/m, "energy = 1e-8").replace(/^step = .*/m, "step = 0.05") +
-  '\n[[output]]\nquantity = "position"\nname = "tip"\nlink = "lower"\n[[event]]\ntype = "lock"\njoint = "elbow"\nabove = 8\n[ensemble]\ncases = 60\n[ensemble.vary]\n"initial.joints.*.position" = { uniform = [-2.5, 2.5] }\n');
+  '\n[[output]]\nquantity = "position"\nname = "tip"\nlink = "lower"\n[[stop]]\nname = "far"\noutput = "tip.x"\nabove = 0.5\noutcome = "judge"\n[[event]]\ntype = "lock"\njoint = "shoulder"\nat = 9.0\n[[event]]\ntype = "lock"\njoint = "elbow"\nabove = 8\n[ensemble]\ncases = 60\n[ensemble.vary]\n"initial.joints.*.position" = { uniform = [-2.5, 2.5] }\n');
 porthos("ensemble", join(out("many_scene"), "scene.toml"), "--duration", "10", "--out", out("many"));
 mkdirSync(out("turns_scene"), { recursive: true });  // a joint that turns often
 cpSync(join(source, "examples/double_pendulum/double_pendulum.urdf"), join(out("turns_scene"), "double_pendulum.urdf"));
@@ -250,6 +250,11 @@ console.log("ensemble");
   expect(seen.bars > 30 && seen.points === 60, `${seen.bars} bars, ${seen.points} points of 60 cases`);
   expect(seen.red === seen.bad && seen.bad > 0, `${seen.red} red points, ${seen.bad} cases that did not pass`);
   expect(seen.badly === 0, "names stay text");
+  const limits = await tab.evaluate(() => ({ lines: document.querySelectorAll("#distributions line.limit").length, kinds: [...document.querySelectorAll("#verdict tbody tr")].map((r) => r.innerText).find((t) => t.includes("stop.far")) || "", buttons: document.querySelectorAll("#verdict button.case").length,
+    units: [...document.querySelectorAll("#distributions svg text.axis")].map((t) => t.textContent), always: document.querySelector("#events p")?.innerText || "", titles: [...document.querySelectorAll("#distributions h3.group-title")].map((t) => t.textContent) }));
+  expect(limits.lines >= 1 && limits.titles.includes("Requirements") && limits.kinds.includes("at most 0.5 m") && limits.buttons > 2, `a limit is drawn and told with its cases: ${JSON.stringify(limits)}`);
+  expect(limits.units.length > 5 && limits.units.every((u) => u !== "") && limits.units.includes("m") && limits.units.includes("rad"), "a unit on every axis");
+  expect(limits.always === "In every case: lock of shoulder at 9 s.", `what is the same in every case is told once: ${limits.always}`);
   const before = await tab.locator("#cases code").textContent();
   const last = tab.locator("#relations circle").last();
   const name = await last.locator("title").textContent();
@@ -274,7 +279,7 @@ console.log("comparison");
   });
   const first = await state();
   expect(first.all.length >= 3 && first.shown.length >= 1, `${first.shown.length} of ${first.all.length} methods at first: ${first.shown}`);
-  expect(first.looks.gauss4 === first.looks.gauss8 && first.looks.gauss4 !== first.looks.rk4, "a look per family");
+  expect(new Set(Object.values(first.looks)).size === first.all.length, `a look of its own for each method: ${Object.values(first.looks).join("; ")}`);
   await tab.locator("#comparison button", { hasText: "rk4" }).first().click();
   const second = await state();
   expect(second.shown.includes("rk4") !== first.shown.includes("rk4"), "a name shows or hides its line");
@@ -350,6 +355,19 @@ console.log("playback");
   const arrows = await free.tab.evaluate(() => porthos.stage.arrows.filter((a) => a.helper.visible).map((a) => a.kind).join());
   expect(arrows === "momentum,spin", `arrows of momentum and angular momentum: ${arrows}`);
   expect(free.complaints.length + driven.complaints.length === 0, `arrows without an error ${free.complaints.join("; ")}`);
+  // The path of a link that is chosen: that of the origin of its frame. Control: of the last links it is another.
+  const paths = await free.tab.evaluate(() => {
+    const s = porthos.stage, name = s.movers()[0], last = s.trails.length, first = () => Array.from(s.trails[0].geometry.getAttribute("position").array.slice(0, 3));
+    const usual = first(), select = document.querySelector("select[aria-label='whose path is drawn']");
+    select.value = name, select.dispatchEvent(new Event("change"));
+    const own = first(), b = s.casts[0].movers.find((x) => x.name === name), p = s.camera.position.clone(), q = s.camera.quaternion.clone();
+    s.pose(s.clips[0], 0, b.node, p, q);
+    const exact = p.clone().set(...b.p).applyQuaternion(q).add(p).toArray(), count = s.trails.length;
+    s.set("trailOf", []);
+    return { usual, own, exact, count, acts: s.casts.length, back: s.trails.length === last };
+  });
+  const apart = (a, b) => Math.max(...a.map((x, i) => Math.abs(x - b[i])));
+  expect(apart(paths.own, paths.exact) < 1e-6 && apart(paths.own, paths.usual) > 1e-3 && paths.count >= 1 && paths.count <= paths.acts && paths.back, `the path of a chosen link: ${JSON.stringify(paths)}`);
   const upon = await free.tab.evaluate(() => { const by = (kind) => porthos.stage.arrows.find((a) => a.kind === kind && a.helper.visible).helper; const [p, l] = ["momentum", "spin"].map(by); return { thin: p.shaft.scale.x / l.shaft.scale.x, over: p.shaft.renderOrder - l.shaft.renderOrder }; });
   expect(upon.thin <= 0.6 && upon.over > 0, `an arrow upon another covers ${Math.round(100 * upon.thin)} % of its width, at most 60 % expected`);
   await shot(free.tab, "arrows");
@@ -380,6 +398,7 @@ console.log("playback");
   refusal(2, "expected the report of a run: porthos run SCENE --case N", film(out("many")));
   refusal(2, "has no playback: run.h5 is damaged: ", film(join(out("damaged"), "report.html")));
   refusal(2, "the film begins at 1e+09 s, expected a time of the run, 0 to ", film(out("capture"), "--from", "1e9", "--to", "2e9"));
+  refusal(2, "trail_of is 'nowhere', the nearest is '", film(out("capture"), "--trail-of", "nowhere"));
   refusal(2, "the run is not in orbit", film(out("capture"), "--orbit"));
   refusal(2, "is no report of Porthos, expected a results folder", film(join(out("capture"), "summary.json")));
   refusal(2, "the browser /nonexistent cannot be run: No such file", spawnSync(cli, ["film", out("capture")], { encoding: "utf8", env: { ...process.env, PORTHOS_CHROMIUM: "/nonexistent" } }));

@@ -80,6 +80,8 @@ TEST(MotorOutputs, AreThoseOfTheScenesNumbersAndOfTheLedger) {
 TEST(MotorOutputs, TheMotionShowsTheSame) {
   TemporaryFolder folder;
   auto scene = arm(folder, motor("torque", "motor_torque") + motor("phi", "deflection") +
+                               row("given", "power", "theta.controller") +
+                               row("wound", "power", "sigma.rate") +
                                motor("held", "motor_torque", "motor = \"sigma\"\n") +
                                "[[output]]\nquantity = \"joint_position\"\nname = \"q\"\n"
                                "joint = \"shoulder\"\n");
@@ -102,6 +104,15 @@ TEST(MotorOutputs, TheMotionShowsTheSame) {
   const auto winder = [&] { return line("torques of motors [N m]", "shoulder_vsa, sigma"); };
   keeps("torque of sigma [N m]", largest(winder(), [&](size_t i) { return held[i]; }), 1e-12);
   breaks("control: that of theta", largest(winder(), [&](size_t i) { return torque[i]; }), 1e-3);
+  const auto given = s("output/given"), wound = s("output/wound");
+  keeps("power of theta [W]",
+        largest(line("powers of motors [W]"), [&](size_t i) { return given[i]; }), 1e-12);
+  keeps("power of sigma [W]",
+        largest(line("powers of motors [W]", "shoulder_vsa, sigma"),
+                [&](size_t i) { return wound[i]; }),
+        1e-12);
+  breaks("control: its sign",
+         largest(line("powers of motors [W]"), [&](size_t i) { return -given[i]; }), 1e-3);
   scene.actuators[0].actuator.theta.kp = 14;
   breaks("control: another gain",
          largest(line("torques of motors [N m]"), [&](size_t i) { return torque[i]; }), 1e-3);
@@ -110,6 +121,7 @@ TEST(MotorOutputs, TheMotionShowsTheSame) {
   EXPECT_EQ(line("torques of motors [N m]").size(), q.size());
   scene.controllers.emplace_back();
   EXPECT_TRUE(line("torques of motors [N m]").empty()) << "a controller may add to the torque";
+  EXPECT_TRUE(line("powers of motors [W]").empty()) << "so its power is not known";
   EXPECT_FALSE(line("motors [rad]").empty());
   drive.kind = vsa::Drive::Kind::fixed;
   EXPECT_TRUE(line("motors [rad]").empty());

@@ -123,7 +123,7 @@ TEST_F(SpringOutputs, TheMotionShowsTheSame) {
       {"deflections of springs [rad]", "deflection"},
       {"stiffness settings [rad]", "stiffness_setting"},
       {"stiffness of springs [N m/rad]", "stiffness"},
-      {"torques of springs [N m]", "spring_torque"}};  // and the torques of motors
+      {"torques of springs [N m]", "spring_torque"}};  // and torques and powers of motors
   for (const auto& [what, quantity] : same) {
     const auto p = std::find_if(panels.begin(), panels.end(),
                                 [w = what](const auto& each) { return each.what == w; });
@@ -133,7 +133,7 @@ TEST_F(SpringOutputs, TheMotionShowsTheSame) {
       EXPECT_EQ(l.value, s("output/" + l.name + "_" + quantity)) << what << ", " << l.name;
   }
   records.springs.clear();
-  EXPECT_EQ(scene::motion_panels(*s.assembly.mechanism, records).size() + 5, panels.size());
+  EXPECT_EQ(scene::motion_panels(*s.assembly.mechanism, records).size() + 6, panels.size());
 }
 
 TEST_F(SpringOutputs, TheResultsHaveThemAgain) {

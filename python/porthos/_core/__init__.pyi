@@ -1993,7 +1993,7 @@ def write_report(folder: str, out: str, page: str, models: list[os.PathLike] = [
     """Fills the template `page` with the results in a folder and writes `out`. models: where the meshes of the model are. Returns what the playback does not show of them, empty if it shows all."""
     ...
 
-def write_film(page: str, out: str, size: tuple[int, int], start: Optional[float], end: Optional[float], speed: Optional[float], camera: str, follow: str, orbit: bool, arrows: bool, dark: bool, trail: bool, text: bool) -> str:
+def write_film(page: str, out: str, size: tuple[int, int], start: Optional[float], end: Optional[float], speed: Optional[float], camera: str, follow: str, orbit: bool, arrows: bool, dark: bool, trail: bool, trail_of: list[str], text: bool) -> str:
     """Writes a film or a picture of the playback of a report.html, or of the results in a folder. Returns a remark where bodies turn far between two of its records."""
     ...
 

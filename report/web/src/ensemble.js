@@ -1,10 +1,14 @@
 import { decadeTicks, drawAxes, linearTicks } from "./axes.js";
 import { card, h, lead, section, svg, table } from "./dom.js";
-import { duration, grouped, number, short } from "./format.js";
+import { duration, grouped, minus, number, short } from "./format.js";
 import { checkName } from "./sections.js";
 
 const errorNames = { energy_error: "energy", linear_momentum_error: "linear momentum", angular_momentum_error: "angular momentum" };
 const limitOf = (d, key) => d.limits?.[key.replace("_error", "")] ?? null;
+
+const withUnit = (x, unit) => number(x) + (unit && unit !== "1" ? ` ${unit}` : "");
+/** Whether a column's numbers differ by more than rounding. */
+const varies = (c) => c.high - c.low > 1e-12 * Math.max(Math.abs(c.low), Math.abs(c.high));
 
 /** A word of a shell, in quotes where it needs them. */
 const word = (w) => (/^[\w./+:=-]+$/.test(w) ? w : `'${w.replaceAll("'", "'\\''")}'`);
@@ -20,15 +24,18 @@ export function verdict(d) {
     const s = e[k], limit = limitOf(d, k), exact = s.max === 0;
     return [errorNames[k], ...(exact ? ["exactly 0", "", ""] : [s.median, s.q95, s.max].map((x) => number(x))), limit === null ? "–" : number(limit), exact || s.case_of_max === undefined ? "" : caseLink(s.case_of_max)];
   });
-  const failures = Object.entries(e.failures).map(([why, n]) => h("li", {}, `${grouped(n)} cases: ${why}`));
-  const checks = Object.entries(e.failed_checks || {}).map(([name, n]) => h("li", {}, `${grouped(n)} cases: ${checkName(name)} did not hold`));
-  const notJudged = Object.entries(e.not_judged_checks || {}).map(([name, n]) => h("li", {}, `${grouped(n)} cases: ${checkName(name)} was not judged`));
+  const kinds = [["failures", (why) => why], ["failed_checks", (name) => checkName(name)], ["not_judged_checks", (name) => `${checkName(name)}: not judged`]].flatMap(([what, words]) =>
+    Object.entries(e[what] || {}).map(([name, n]) => {
+      const first = e.first_cases?.[what]?.[name] || [];
+      return [words(name), grouped(n), minus(e.check_limits?.[name] || "–"), h("span", {}, first.map((c) => [caseLink(c), " "]), n > first.length && first.length ? "…" : "")];
+    }));
   const stopped = Object.entries(e.stopped || {}).map(([name, n]) => h("li", {}, `${grouped(n)} cases ended by the stop ${name}`));
-  const requirements = Object.entries(e.requirements || {}).map(([name, w]) => h("li", {}, `${checkName(name)}: the ${w.is} ${w.output} at the records is ${number(w.value)}, in case `, caseLink(w.case)));
+  const requirements = Object.entries(e.requirements || {}).map(([name, w]) => h("li", {}, `${checkName(name)}: the ${w.is} ${w.output} at the records is ${withUnit(w.value, w.unit)}${w.limit === undefined ? "" : `, with a limit of ${withUnit(w.limit, w.unit)}`}, in case `, caseLink(w.case)));
   return section("verdict", "Verdict",
     h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : open ? "open" : "fail"}` }, pass ? "Pass" : open ? "Not judged" : "Fail"), h("p", {}, `${words}.`)),
     card(table(["Relative error", "median", "95 % below", "largest", "limit", "its case"], rows, ["", "n", "n", "n", "n", "n"])),
-    failures.length || checks.length || notJudged.length || requirements.length || stopped.length ? card(h("ul", { class: "notes" }, failures, checks, notJudged, requirements, stopped)) : "");
+    kinds.length ? card(table(["Not passed", "cases", "limit", "the first of them"], kinds, ["", "n", "n", ""])) : "",
+    requirements.length || stopped.length ? card(h("ul", { class: "notes" }, requirements, stopped)) : "");
 }
 
 const chosen = { listeners: [], case: null };
@@ -40,35 +47,49 @@ function choose(n, scroll) {
 }
 const caseLink = (n) => h("button", { type: "button", class: "case", onclick: () => choose(n, true) }, grouped(n));
 
-/** A histogram: cases that passed below, the others upon them. */
-function histogram(c) {
-  const width = 320, height = 132, base = 104, n = c.passed.length, most = Math.max(1, ...c.passed.map((v, i) => v + c.others[i]));
-  const bar = width / n, picture = svg("svg", { class: "wp", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `distribution of ${c.name}` });
-  const tall = (v) => (v / most) * (base - 14);
+/** The requirements of ensemble.json on a column. */
+const requirementsOn = (d, c) => c.group !== "output" ? [] : Object.entries(d.ensemble?.requirements || {}).filter(([, w]) => w.limit !== undefined && c.name === `${w.output}, ${w.is}`);
+/** What limits a column, as its bars are placed: [name, limit]. */
+const limitsOf = (d, c) => requirementsOn(d, c).map(([name, w]) => [checkName(name), w.limit])
+  .concat(c.group === "error" && limitOf(d, c.name.replaceAll(" ", "_")) > 0 ? [["", Math.log10(limitOf(d, c.name.replaceAll(" ", "_")))]] : []);
+
+/** A histogram: cases that passed below, the others upon them; a dashed line where a limit is. The axis reaches to a limit unless the bars would be lost beside it. */
+function histogram(c, limits) {
+  const width = 320, height = 146, top = 14, base = 104, n = c.passed.length, most = Math.max(1, ...c.passed.map((v, i) => v + c.others[i]));
+  const near = limits.filter(([, at]) => at > c.high - 6 * (c.high - c.low) && at < c.low + 6 * (c.high - c.low));
+  const low = Math.min(c.low, ...near.map((l) => l[1])), high = Math.max(c.high, ...near.map((l) => l[1]));
+  const x = (at) => ((at - low) / (high - low)) * width, bar = x(c.low + (c.high - c.low) / n) - x(c.low);
+  const picture = svg("svg", { class: "wp", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `distribution of ${c.name}` });
+  const tall = (v) => (v / most) * (base - top);
   c.passed.forEach((v, i) => {
-    const o = c.others[i];
-    if (v) picture.append(svg("rect", { x: i * bar + 0.4, width: Math.max(0.6, bar - 0.8), y: base - tall(v), height: tall(v), fill: "var(--accent)" }));
-    if (o) picture.append(svg("rect", { x: i * bar + 0.4, width: Math.max(0.6, bar - 0.8), y: base - tall(v + o), height: Math.max(1.5, tall(o)), fill: "var(--fail)" }));
+    const o = c.others[i], at = x(c.low) + i * bar + 0.05 * bar;
+    if (v) picture.append(svg("rect", { x: at, width: Math.max(0.6, 0.9 * bar), y: base - tall(v), height: tall(v), fill: "var(--accent)" }));
+    if (o) picture.append(svg("rect", { x: at, width: Math.max(0.6, 0.9 * bar), y: base - tall(v + o), height: Math.max(1.5, tall(o)), fill: "var(--fail)" }));
   });
   picture.append(svg("line", { class: "frame", x1: 0, x2: width, y1: base, y2: base }));
   const value = (at) => (c.log ? 10 ** at : at), label = (at) => (c.log ? number(value(at), 2) : short(Number(value(at).toPrecision(3))));
-  picture.append(svg("text", { x: 0, y: base + 18 }, label(c.low)), svg("text", { x: width, y: base + 18, "text-anchor": "end" }, label(c.high)),
-    svg("text", { x: width, y: 10, "text-anchor": "end" }, `${grouped(most)} cases`));
-  return card(h("h3", {}, c.name), h("div", { class: "soft" }, [c.unit, c.log ? "logarithmic" : ""].filter(Boolean).join(", ") || "\u00a0"), picture);
+  picture.append(svg("text", { x: 0, y: base + 18 }, label(low)), svg("text", { x: width, y: base + 18, "text-anchor": "end" }, label(high)),
+    svg("text", { class: "axis", x: width / 2, y: base + 36, "text-anchor": "middle" }, c.unit || (c.group === "error" ? "relative" : c.group === "input" ? "as in the scene" : "1")),
+    svg("text", { x: 0, y: 10 }, `${grouped(most)} cases`));
+  for (const [, at] of near)
+    picture.append(svg("line", { class: "limit", x1: x(at), x2: x(at), y1: top, y2: base + 4, stroke: "var(--fail)", "stroke-dasharray": "3 3", "stroke-width": 1.5 }));
+  const words = limits.map(([name, at]) => `${name ? `${name}: ` : ""}limit ${withUnit(value(at), c.unit)}${near.some((l) => l[1] === at) ? ", dashed" : ", far away"}`);
+  return card(h("h3", {}, c.name), h("div", { class: "soft" }, [...words, c.log ? "logarithmic" : ""].filter(Boolean).join("; ") || "\u00a0"), picture);
 }
 
 const groups = [["error", "Errors"], ["output", "Quantities of interest"], ["end", "Ends"], ["event", "Times of events"], ["input", "Inputs"]];
 export function distributions(d) {
   if (!d.cases?.columns.length) return null;
-  const varies = (c) => c.high > c.low, constant = d.cases.columns.filter((c) => !varies(c));
-  const parts = groups.map(([g, title]) => [title, d.cases.columns.filter((c) => c.group === g && varies(c)), g]).filter(([, list]) => list.length);
+  const limited = (c) => requirementsOn(d, c).length > 0, shown = d.cases.columns.filter(varies);
+  const constant = d.cases.columns.filter((c) => !varies(c) && !(c.group === "event" && isAlways(d, c)));
+  const parts = [["Requirements", shown.filter(limited), "requirement"], ...groups.map(([g, title]) => [title, shown.filter((c) => c.group === g && !limited(c)), g])].filter(([, list]) => list.length);
   const some = d.cases.columns.some((c) => c.others.some((v) => v > 0));
   return section("distributions", "Distributions", lead(`Over all ${grouped(d.cases.count)} cases. `, some ? "Red: cases that did not pass." : "All cases passed."),
     parts.map(([title, list, g]) => {
-      const grid = h("div", { class: "grid3" }, list.map(histogram));
+      const grid = h("div", { class: "grid3" }, list.map((c) => histogram(c, limitsOf(d, c))));
       return g === "input" || list.length > 12 ? h("details", {}, h("summary", {}, `${title} (${list.length})`), grid) : h("div", {}, h("h3", { class: "group-title" }, title), grid);
     }),
-    constant.length ? h("p", { class: "soft" }, "The same in every case: ", constant.map((c) => `${c.name} ${number(c.log ? 10 ** c.low : c.low)}${c.unit ? ` ${c.unit}` : ""}`).join("; "), ".") : "");
+    constant.length ? h("p", { class: "soft" }, "The same in every case: ", constant.map((c) => `${c.name} ${withUnit(c.log ? 10 ** c.low : c.low, c.unit)}`).join("; "), ".") : "");
 }
 
 /** The places of a column's numbers along `length` pixels from `start`, and the ticks. */
@@ -121,6 +142,10 @@ function reasons(d, i) {
   const list = d.cases.status[i] ? [d.cases.status[i]] : [], told = new Set();
   for (const c of d.cases.columns) {
     const key = c.name.replaceAll(" ", "_"), limit = c.group === "error" ? limitOf(d, key) : null;
+    for (const [name, w] of requirementsOn(d, c).filter(([check]) => d.cases.failed[i].includes(check))) {
+      list.push(`${checkName(name)}: the ${w.is} ${w.output} at the records is ${withUnit(c.v[i], c.unit)}, with a limit of ${withUnit(w.limit, c.unit)}`);
+      told.add(name);
+    }
     if (limit !== null && c.v[i] > limit) {
       list.push(`${c.name} ${number(c.v[i])} is above its limit ${number(limit)}`);
       told.add(key.replace("_error", ""));
@@ -166,11 +191,17 @@ export function cases(d) {
     box);
 }
 
+/** Whether an event happens at the same time in every case. */
+const always = (d, e) => e.happened === d.ensemble.cases && !varies({ low: e.time_s.min, high: e.time_s.max });
+const isAlways = (d, c) => (d.ensemble?.events || []).some((e) => e.event === c.name && always(d, e));
+
 export function events(d) {
   const list = d.ensemble?.events;
   if (!list?.length) return null;
-  return section("events", "Events", card(table(["Event", "cases", "first", "median", "last"],
-    list.map((e) => [e.event, grouped(e.happened), ...["min", "median", "max"].map((k) => (e.happened ? duration(e.time_s[k]) : "–"))]), ["", "n", "n", "n", "n"])));
+  const same = list.filter((e) => always(d, e)), others = list.filter((e) => !always(d, e));
+  return section("events", "Events", same.length ? h("p", {}, "In every case: ", same.map((e) => `${e.event} at ${duration(e.time_s.median)}`).join("; "), ".") : "",
+    !others.length ? "" : card(table(["Event", "cases", "first", "median", "last"],
+    others.map((e) => [e.event, grouped(e.happened), ...["min", "median", "max"].map((k) => (e.happened ? duration(e.time_s[k]) : "–"))]), ["", "n", "n", "n", "n"])));
 }
 
 export const meta = (d) => (d.ensemble ? `${grouped(d.ensemble.cases)} cases, ${d.ensemble.method}, ${d.ensemble.step_s} s, ${duration(d.ensemble.duration_s)} each` : "");

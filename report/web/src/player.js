@@ -22,6 +22,7 @@ export function player(d) {
   const speed = h("select", { "aria-label": "speed of the playback" });
   const clip = h("select", { "aria-label": "part of the run" });
   const ride = h("select", {}, [["place", "follows the base's place"], ["base", "rides on the base"], ["world", "stands in the world"]].map(([v, t]) => h("option", { value: v }, t)));
+  const path = h("select", { "aria-label": "whose path is drawn" }, h("option", { value: "" }, "of the last links"));
   const toggle = (text, on, f) => {
     const b = h("button", { type: "button", "aria-pressed": String(on) }, text);
     b.addEventListener("click", () => { const now = b.getAttribute("aria-pressed") !== "true"; b.setAttribute("aria-pressed", String(now)); f(now); });
@@ -54,7 +55,7 @@ export function player(d) {
     h("div", { class: "card" }, host,
       h("div", { class: "bar" }, play, h("div", { class: "grow" }, slider, ticks), h("label", {}, h("span", { class: "wide-only" }, "speed"), speed), several ? h("label", {}, clip) : ""),
       h("div", { class: "bar" }, views, h("span", { class: "group", role: "group", "aria-label": "camera" }, preset("iso", "3D", "camera: from the side and above"), preset("x", "X", "camera: along x"), preset("y", "Y", "camera: along y"), preset("z", "Z", "camera: from above, along z")),
-        h("span", { class: "group" }, toggle("trails", true, (on) => stage.set("trails", on)), toggle("frames", false, (on) => stage.set("frames", on)), d.acts.some((a) => a.clips[0].momenta) ? toggle("arrows", false, (on) => stage.set("arrows", on)) : ""),
+        h("span", { class: "group" }, toggle("trails", true, (on) => stage.set("trails", on)), path, toggle("frames", false, (on) => stage.set("frames", on)), d.acts.some((a) => a.clips[0].momenta) ? toggle("arrows", false, (on) => stage.set("arrows", on)) : ""),
         floats ? h("label", {}, h("span", { class: "wide-only" }, "camera"), ride) : "",
         h("span", { class: "group", role: "group", "aria-label": "save" }, shot, filmed() ? movie : "")),
       warning));
@@ -70,6 +71,8 @@ export function player(d) {
     }
     Object.assign(window.porthos, { film, picture, pixels, base64 });  // for programs
     ride.value = stage.usual;
+    path.append(...stage.movers().map((name) => h("option", { value: name }, `of ${name}`)));
+    path.addEventListener("change", () => stage.set("trailOf", path.value ? [path.value] : []));
     function fill() {
       const span = stage.last - stage.first, s = speeds(span);
       speed.replaceChildren(...s.list.map((r) => h("option", { value: r }, r === 1 ? "real time" : `${number(r)}×`)));
@@ -78,7 +81,7 @@ export function player(d) {
       ticks.replaceChildren(...events.filter((e) => e.t > stage.first && e.t < stage.last).map((e) => h("i", { style: `left:${(100 * (e.t - stage.first)) / span}%`, title: e.text })));
       const c = stage.clips[0], whole = stage.clips[0] === clips[0], often = Math.max(...stage.clips.map((x) => x.turn));
       warning.textContent = `${c.t.length > 1 ? `One frame every ${duration((c.t[c.t.length - 1] - c.t[0]) / (c.t.length - 1))}; positions are interpolated linearly, attitudes along the shortest arc.` : ""}`
-        + (often > 1.6 ? ` A body turns, to and fro, by up to ${Math.round((often * 180) / Math.PI)}° between two of them: a fast motion may appear slow or still (aliasing).${several && whole ? " The beginning can be seen record by record." : " A smaller record_every shows it."}` : "");
+        + (often > 1.6 ? ` A body turns, to and fro, by up to ${number(often, 2)} rad between two of them: a fast motion may appear slow or still (aliasing).${several && whole ? " The beginning can be seen record by record." : " A smaller record_every shows it."}` : "");
     }
     let told = 0;
     stage.onTime = (t) => {

@@ -5,9 +5,6 @@ import { number, short } from "./format.js";
 const box = { width: 900, height: 460, left: 78, right: 16, top: 12, bottom: 52 };
 const { width, height, left, right, top, bottom } = box;
 
-/** gauss16 -> gauss: methods of one family have one colour and one mark. */
-export const family = (name) => name.replace(/(\d+).*$/, "");
-
 /** The methods with a trial that no other beats in both time and error. */
 export function front(methods) {
   const all = methods.flatMap((m) => m.points.map((p) => ({ ...p, m })));
@@ -24,6 +21,7 @@ const marks = [
   (x, y, fill) => svg("polygon", { points: `${x},${y - 5} ${x + 5},${y} ${x},${y + 5} ${x - 5},${y}`, fill }),
   (x, y, fill) => svg("circle", { cx: x, cy: y, r: 3.2, fill: "none", stroke: fill, "stroke-width": 1.8 }),
 ];
+const dashes = ["none", "7 3", "2 3", "9 3 2 3"];
 const square = (x, y, fill) => svg("rect", { x: x - 3.4, y: y - 3.4, width: 6.8, height: 6.8, fill });
 
 /** Axes with decades; the places of a value on them. */
@@ -43,20 +41,21 @@ function frame(all, what, target) {
   return { picture, px, py };
 }
 
-/** Work–precision: error against CPU time, one line per method, a colour and a mark per family. methods: [{name, points: [{x, y, text}], rival}]
+/** Work–precision: error against CPU time, one line per method, of the first eight each a colour, then the same with another mark and dashes. methods: [{name, points: [{x, y, text}], rival}]
  *  At first only the methods on the front and the reference solvers; a name below shows or hides its line. */
 export function workPrecision(methods, target, what) {
   const all = methods.flatMap((m) => m.points);
   if (!all.length) return h("p", { class: "soft" }, "No trial has an error to show.");
   const { picture, px, py } = frame(all, what, target);
   const best = front(methods), first = methods.filter((m) => best.has(m) || m.rival);
-  const families = [...new Set([...first, ...methods].map((m) => family(m.name)))];
+  const order = [...new Set([...first, ...methods])];
   const keys = h("div", { class: "keys" }), lines = [], named = [];
   const free = (x, y) => named.every(([a, b]) => Math.abs(x - a) > 70 || Math.abs(y - b) > 12);
   for (const m of methods) {
-    const f = families.indexOf(family(m.name)), c = `var(--c${f % 8})`, mark = m.rival ? square : marks[Math.floor(f / 8) % marks.length];
-    const g = svg("g", { "data-method": m.name, "data-look": `${f % 8} ${m.rival ? "square" : Math.floor(f / 8) % marks.length}` },
-      svg("polyline", { points: m.points.map((p) => `${px(p.x)},${py(p.y)}`).join(" "), fill: "none", stroke: c, "stroke-width": 1.6 }));
+    const k = order.indexOf(m), turn = Math.floor(k / 8), c = `var(--c${k % 8})`, mark = m.rival ? square : marks[turn % marks.length];
+    const dash = dashes[(turn + Math.floor(turn / marks.length)) % dashes.length];
+    const g = svg("g", { "data-method": m.name, "data-look": `${k % 8} ${m.rival ? "square" : turn % marks.length} ${dash}` },
+      svg("polyline", { points: m.points.map((p) => `${px(p.x)},${py(p.y)}`).join(" "), fill: "none", stroke: c, "stroke-width": 1.6, "stroke-dasharray": dash }));
     for (const p of m.points) {
       const dot = mark(px(p.x), py(p.y), c);
       dot.append(svg("title", {}, `${m.name}, ${p.text}: ${number(p.y)} in ${short(Number(p.x.toPrecision(3)))} s`));

@@ -186,14 +186,14 @@ export function comparison(d) {
   const value = (r) => (c.error === "energy" ? r.energy.max_rel_error : r.trajectory_error);
   const byMethod = new Map();
   for (const r of c.runs) {
-    const name = r.iteration_tolerance ? `${r.method} short` : r.method;
+    const name = r.method + (r.iteration_tolerance ? " short" : "") + (r.step_control && r.step_control !== "fixed" ? ` ${r.step_control}` : "");
     if (!byMethod.has(name)) byMethod.set(name, { name, rival: r.rival, points: [] });
     if (r.outcome === "ok" && value(r) > 0 && r.cpu_s > 0) byMethod.get(name).points.push({ x: r.cpu_s, y: value(r), text: r.rtol ? `rtol ${short(r.rtol)}` : `step ${short(r.step_s)} s` });
   }
   const methods = [...byMethod.values()].filter((m) => m.points.length);
   return section("comparison", "Speed against error",
     lead(`Every method over a range of steps, ${duration(c.duration_s)} simulated. Down is more accurate, left is faster. ${c.interrupted ? "The comparison was interrupted. " : ""}`, c.advice.sentence ? `${c.advice.sentence[0].toUpperCase()}${c.advice.sentence.slice(1)}.` : ""),
-    card(workPrecision(methods, c.advice.target, c.error === "energy" ? "largest relative energy error" : "trajectory error"), h("p", { class: "what soft" }, "Methods of one family have one colour; squares are reference solvers that work to a tolerance; the dotted line is the target. A name shows or hides its line.")),
+    card(workPrecision(methods, c.advice.target, c.error === "energy" ? "largest relative energy error" : "trajectory error"), h("p", { class: "what soft" }, "The first eight methods have a colour each, the next ones the same colours with other marks and dashes; squares are reference solvers that work to a tolerance; the dotted line is the target. A name shows or hides its line.")),
     h("details", {}, h("summary", {}, `All ${c.runs.length} trials`), card(table(["method", "step or tolerance", "CPU [s]", "steps", "energy error", "trajectory error", "outcome"],
       c.runs.map((r) => [r.method, r.rtol ? `rtol ${short(r.rtol)}` : `${short(r.step_s)} s`, number(r.cpu_s), grouped(r.steps), number(r.energy.max_rel_error), number(r.trajectory_error), r.outcome]), ["", "n", "n", "n", "n", "n", ""]))));
 }

@@ -84,9 +84,14 @@ class Cast {
     this.holders = new Map();  // by the name of a body
     const heaviest = Math.max(...act.bodies.map((b) => b.mass || 0));
     for (const b of act.bodies) if (b.node !== undefined) this.add(b, look, b.mass === heaviest);
-    // Paths are drawn for what has no children: the hands.
     const parents = new Set(act.bodies.map((b) => b.parent));
-    this.tips = act.bodies.filter((b) => b.node >= 0 && !parents.has(b.name));
+    this.movers = act.bodies.filter((b) => b.node >= 0);
+    this.tips = this.movers.filter((b) => !parents.has(b.name));
+  }
+  /** Whose paths are drawn, {node, at}: the origins of the links of these names, or the centres of mass of what has no children, the hands. */
+  traced(names) {
+    if (names.length) return this.movers.filter((b) => names.includes(b.name)).map((b) => ({ node: b.node, at: new Vector3(...b.p) }));
+    return this.tips.map((b) => ({ node: b.node, at: new Vector3(...b.com).applyQuaternion(unit(b.q)).add(new Vector3(...b.p)) }));
   }
   add(b, look, heavy) {
     const holder = new Group();
@@ -172,7 +177,7 @@ export class Stage {
     this.playing = false;
     // What falls on the world is seen to fall.
     this.usual = data.acts.some((a) => a.world?.length) ? "world" : "place";
-    this.options = { frames: false, arrows: false, trails: true, whole: false, ride: this.usual, view: "mechanism" };
+    this.options = { frames: false, arrows: false, trails: true, trailOf: [], whole: false, ride: this.usual, view: "mechanism" };
     const software = drawnBySoftware(), unhurried = location.hash === "#still";  // a picture or a film, picture by picture
     this.renderer = new WebGLRenderer({ antialias: !software, alpha: false, powerPreference: "low-power", preserveDrawingBuffer: unhurried });
     this.fine = Math.min(window.devicePixelRatio || 1, software ? 1 : 2);
@@ -350,11 +355,10 @@ export class Stage {
     const p = new Vector3(), q = new Quaternion();
     this.casts.forEach((cast, k) => {
       const clip = this.clips[k], n = clip.t.length;
-      for (const tip of cast.tips) {
-        const at = new Vector3(...tip.com).applyQuaternion(unit(tip.q)).add(new Vector3(...tip.p));
+      for (const { node, at } of cast.traced(this.options.trailOf)) {
         const places = new Float32Array(3 * n);
         for (let f = 0; f < n; ++f) {
-          this.pose(clip, f, tip.node, p, q);
+          this.pose(clip, f, node, p, q);
           const x = at.clone().applyQuaternion(q).add(p);
           if (this.options.ride === "base") {
             const r = new Quaternion(), o = new Vector3();
@@ -417,7 +421,8 @@ export class Stage {
 
   set(option, value) {
     this.options[option] = value;
-    if (option === "ride") this.makeTrails(), this.shadows();
+    if (option === "ride" || option === "trailOf") this.makeTrails();
+    if (option === "ride") this.shadows();
     if (option === "view" && this.far) {
       this.controls.enabled = value === "mechanism";
       this.farControls.enabled = value === "orbit";
@@ -582,6 +587,10 @@ export class Stage {
     const orbit = this.options.view === "orbit" && this.far;
     this.renderer.render(orbit ? this.space : this.scene, orbit ? this.far : this.camera);
     ++this.drawn;
+  }
+  /** The links whose paths can be drawn, of all phases. */
+  movers() {
+    return [...new Set(this.casts.flatMap((c) => c.movers.map((b) => b.name)))];
   }
   /** Place and attitude of every moving body now, for tests. */
   poses() {
