@@ -12,10 +12,6 @@
 namespace porthos::apps {
 namespace {
 
-std::string with_unit(double x, const std::string& unit) {
-  return fmt::format("{:.4g}{}", x, unit.empty() || unit == "1" ? "" : " " + unit);
-}
-
 /// Of each requirement its limit, the worst number at the records and in how many cases it fails.
 std::string requirements_text(const scene::Ensemble& e, const scene::EnsembleReport& r) {
   scene::TextRows rows{
@@ -23,17 +19,18 @@ std::string requirements_text(const scene::Ensemble& e, const scene::EnsembleRep
   for (const scene::Stop& stop : e.scene().stops) {
     if (!stop.is_requirement()) continue;
     const std::string name = scene::name_of_check(stop);
-    const auto* failed = scene::kind_of(r.failed_checks, name);
-    const auto* open = scene::kind_of(r.not_judged_checks, name);
+    const auto* failed = scene::find_kind(r.failed_checks, name);
+    const auto* open = scene::find_kind(r.not_judged_checks, name);
     const auto worst = std::ranges::find(r.requirements, name, &scene::RequirementWorst::check);
     const bool known = worst != r.requirements.end();
-    rows.push_back({name, scene::limit_text(e, name),
-                    known ? fmt::format("{} {} {}", worst->above ? "largest" : "least",
-                                        worst->output, with_unit(worst->value, worst->unit))
-                          : "-",
-                    known ? std::to_string(worst->of_case) : "-",
-                    fmt::format("{} of {}", failed ? failed->count : 0, r.cases),
-                    std::to_string(open ? open->count : 0)});
+    rows.push_back(
+        {name, scene::limit_text(e, name),
+         known ? fmt::format("{} {} {}", worst->above ? "largest" : "least", worst->output,
+                             scene::with_unit(fmt::format("{:.4g}", worst->value), worst->unit))
+               : "-",
+         known ? std::to_string(worst->of_case) : "-",
+         fmt::format("{} of {}", failed ? failed->count : 0, r.cases),
+         std::to_string(open ? open->count : 0)});
   }
   return rows.size() > 1 ? scene::aligned(rows) + "\n" : "";
 }

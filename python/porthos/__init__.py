@@ -34,7 +34,7 @@ __version__ = version_text().split()[1]
 
 
 def plot(result, path=None, what=None, axes=None, label=None, legend=True):
-    """Plots of a result (a Result, an EnsembleResult, or a results folder) into PNG, SVG or PDF files. what: "motion", or one panel ("joints",
+    """Plots of a result (a Result, an EnsembleResult, a Comparison, or a results folder) into PNG, SVG or PDF files. what: "motion", or one panel ("joints",
     "rates of joints", "rotation of base", "energies", "works", "residual"), with axes of your own if you give them: several runs
     share them, each with its label. legend=False: without the names of lines."""
     from .plotting import plot as draw

@@ -149,6 +149,8 @@ struct RequirementWorst {
   std::int64_t of_case = -1;
 };
 
+/// "3.2 rad/s", of a number without a unit itself.
+std::string with_unit(const std::string& number, const std::string& unit);
 /// The limit of a check, so that people can read it: "2e-13", "at most 3 rad/s"; "": not known.
 std::string limit_text(const Ensemble& ensemble, const std::string& check);
 
@@ -160,7 +162,7 @@ struct CaseKind {
   std::vector<std::int64_t> first = {};
 };
 /// The one with a name; null: there is none.
-const CaseKind* kind_of(const std::vector<CaseKind>& kinds, const std::string& name);
+const CaseKind* find_kind(const std::vector<CaseKind>& kinds, const std::string& name);
 
 /// How the cases of an ensemble ended.
 struct EnsembleReport {

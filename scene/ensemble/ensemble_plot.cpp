@@ -91,8 +91,8 @@ std::vector<T> numbers_of(const Hdf5Reader& file, const std::string& name, std::
 
 /// The numbers that requirements limit, at the records, along axes that reach their limits unless
 /// the bars would be lost beside them. Not of results of earlier versions.
-std::vector<Histogram> requirements(const Json& summary, const Hdf5Reader& file,
-                                    std::int64_t cases) {
+std::vector<Histogram> of_requirements(const Json& summary, const Hdf5Reader& file,
+                                       std::int64_t cases) {
   std::vector<Histogram> all;
   const Json limited = summary.value("requirements", Json::object());
   for (const auto& [check, w] : limited.items()) {
@@ -201,7 +201,7 @@ std::string ensemble_plot(const std::filesystem::path& h5, const std::string& js
       if (status[i] == 0) h.add(errors[i]);
   }
   const size_t of_errors = all.size();
-  for (Histogram& h : requirements(summary, file, cases)) all.push_back(std::move(h));
+  for (Histogram& h : of_requirements(summary, file, cases)) all.push_back(std::move(h));
   const auto tall = [](const Histogram& h) {
     return h.axis.decades && h.largest == 0 ? 24 + 0.6 * gap : panel + gap;
   };

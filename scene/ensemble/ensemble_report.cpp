@@ -99,9 +99,13 @@ void put_kinds(Json& j, const char* what, const std::vector<CaseKind>& kinds) {
 
 }  // namespace
 
-const CaseKind* kind_of(const std::vector<CaseKind>& kinds, const std::string& name) {
+const CaseKind* find_kind(const std::vector<CaseKind>& kinds, const std::string& name) {
   const auto at = std::ranges::find(kinds, name, &CaseKind::name);
   return at == kinds.end() ? nullptr : &*at;
+}
+
+std::string with_unit(const std::string& number, const std::string& unit) {
+  return unit.empty() || unit == "1" ? number : number + " " + unit;
 }
 
 std::string limit_text(const Ensemble& e, const std::string& check) {
@@ -111,9 +115,8 @@ std::string limit_text(const Ensemble& e, const std::string& check) {
   for (const Stop& stop : e.scene().stops) {
     if (!stop.is_requirement() || name_of_check(stop) != check) continue;
     const auto at = size_t(std::ranges::find(numbers, stop.output) - numbers.begin());
-    const std::string unit = at < units.size() && units[at] != "1" ? units[at] : "";
-    return fmt::format("{} {:g}{}{}", stop.above ? "at most" : "at least", stop.limit,
-                       unit.empty() ? "" : " ", unit);
+    return fmt::format("{} {}", stop.above ? "at most" : "at least",
+                       with_unit(fmt::format("{:g}", stop.limit), units.at(at)));
   }
   return "";
 }

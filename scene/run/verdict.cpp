@@ -26,7 +26,7 @@ struct Kept {
   }
 };
 
-Limits limits_of(const Scene& scene) {
+Limits judged_limits(const Scene& scene) {
   return scene.verify.any() ? scene.verify : default_limits(scene.orbit.has_value());
 }
 
@@ -35,7 +35,7 @@ class Judge {
   Judge(RunReport& r, const Scene& scene, const Declaration& method, const Meter& meter)
       : r_(r),
         scene_(scene),
-        limits_(limits_of(scene)),
+        limits_(judged_limits(scene)),
         meter_(meter),
         method_(method),
         kept_(method, scene, r) {}
@@ -240,7 +240,7 @@ void judge(RunReport& r, const Scene& scene, const Declaration& method, const Me
 }
 
 std::optional<double> limit_of_check(const Scene& scene, const std::string& check) {
-  const Limits l = limits_of(scene);
+  const Limits l = judged_limits(scene);
   const double constraints = l.constraints.value_or(usual_constraints);
   const std::pair<const char*, Limit> known[] = {
       {"energy", l.energy.value_or(*default_limits(false).energy)},
@@ -255,7 +255,7 @@ std::optional<double> limit_of_check(const Scene& scene, const std::string& chec
       {"coupling", l.coupling},
       {"balance", l.balance},
       {"step_halving", l.step_halving.value_or(usual_step_halving)},
-      {"momentum_across_events", momentum_limit},
+      {"momentum_across_events", usual_momentum_jump},
       {"missed_events", 0},
       {"missed_handovers", 0}};
   for (const auto& [name, limit] : known)

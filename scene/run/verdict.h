@@ -34,7 +34,7 @@ std::string ending(const RunReport& report);
 inline constexpr double usual_step_halving = 1e-3;
 inline constexpr double usual_constraints = 1e-12;
 /// Across an event: rounding of the state after it.
-inline constexpr double momentum_limit = 1e-14;
+inline constexpr double usual_momentum_jump = 1e-14;
 
 /// The least relative energy error that contradicts a method's claim to keep the energy with any
 /// step.

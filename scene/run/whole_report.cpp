@@ -163,7 +163,7 @@ void WholeReport::add(const Event& e, const mechanics::Impact& i, bool on_ground
   const double jump =
       std::max(relative(i.linear_jump, std::max(size(i.momentum.linear), i.scale.linear)),
                relative(i.angular_jump, std::max(size(i.momentum.angular), i.scale.angular)));
-  worst({"momentum_across_events", jump, momentum_limit, jump <= momentum_limit, false});
+  worst({"momentum_across_events", jump, usual_momentum_jump, jump <= usual_momentum_jump, false});
 }
 
 /// A check made in one phase is a check of the run; checks that no phase can make are listed, with

@@ -214,7 +214,7 @@ TEST_F(CaseEvents, AStartBeyondAStopIsRefusedAlone) {
   }
   EXPECT_GT(refused, 1);
   EXPECT_LT(refused, 12);
-  EXPECT_EQ(scene::kind_of(r.failures, "refused")->count, refused);
+  EXPECT_EQ(scene::find_kind(r.failures, "refused")->count, refused);
 }
 
 TEST_F(CaseEvents, AnEventThatCannotBeIsCounted) {
@@ -241,7 +241,7 @@ TEST_F(CaseEvents, AnEventThatCannotBeIsCounted) {
   }
   EXPECT_GT(refused, 3);
   EXPECT_LT(refused, 21);
-  EXPECT_EQ(scene::kind_of(r.failures, "an event could not happen")->count, refused);
+  EXPECT_EQ(scene::find_kind(r.failures, "an event could not happen")->count, refused);
   EXPECT_EQ(r.passed, 24 - refused);
   ASSERT_EQ(r.events.size(), 1u);
   EXPECT_EQ(r.events[0].happened, 24 - refused);
@@ -264,8 +264,8 @@ TEST_F(CaseEvents, MonitorsAct) {
               repeats.energy.quantiles[6]);
   EXPECT_LT(repeats.energy.quantiles[6], 0.1 * without);
   const auto stops = largest("[monitor]\nstep_limit = 1e-11\naction = \"stop\"\n");
-  EXPECT_GT(scene::kind_of(stops.failures, "the method gave up")->count, 0);
-  EXPECT_EQ(stops.passed + scene::kind_of(stops.failures, "the method gave up")->count, 24);
+  EXPECT_GT(scene::find_kind(stops.failures, "the method gave up")->count, 0);
+  EXPECT_EQ(stops.passed + scene::find_kind(stops.failures, "the method gave up")->count, 24);
   EXPECT_TRUE(largest("").failures.empty()) << "control";
 }
 

@@ -80,12 +80,13 @@ def test_pictures(ensemble, tmp_path, monkeypatch):
     one = ph.plot(ensemble, what="initial.joints.elbow.position")
     assert len(one.axes) == 1
     refused(lambda: ph.plot(ensemble, what="speed"), "expected one of energy_error, motion")
-    own = type(ensemble).outputs
+    own, unit = type(ensemble).outputs, type(ensemble).unit
+    monkeypatch.setattr(type(ensemble), "unit", lambda self, name: "kg" if name == "mass" else unit(self, name))
     for mass, titles, told in ((np.full(12, 3.0), ["energy error", "motion"], True), (np.arange(12.0), ["energy error", "motion", "mass"], False)):
         monkeypatch.setattr(type(ensemble), "outputs", lambda self, mass=mass: {**own(self), "mass": mass})
         figure = ph.plot(ensemble, tmp_path / "more.svg")
         assert [a.get_title() for a in figure.axes if a.get_visible()] == titles
-        assert ("in every case: mass 3" in figure._suptitle.get_text()) == told
+        assert ("in every case: mass 3 kg" in figure._suptitle.get_text()) == told
 
 
 @pytest.fixture(scope="module")

@@ -70,7 +70,7 @@ export function workPrecision(methods, target, what) {
     picture.append(g);
     const lift = (on) => { for (const other of picture.querySelectorAll("g")) other.classList.toggle("dim", on && other !== g); };
     const key = h("button", { type: "button", onmouseenter: () => lift(true), onmouseleave: () => lift(false), onfocus: () => lift(true), onblur: () => lift(false) },
-      svg("svg", { width: 14, height: 12, viewBox: "0 0 14 12" }, mark(7, 6, c)), m.name);
+      svg("svg", { width: 26, height: 12, viewBox: "0 0 26 12" }, svg("line", { x1: 0, x2: 26, y1: 6, y2: 6, stroke: c, "stroke-width": 1.6, "stroke-dasharray": dash }), mark(13, 6, c)), m.name);
     const show = (on) => { g.style.display = on ? "" : "none"; key.setAttribute("aria-pressed", String(on)); };
     key.addEventListener("click", () => show(g.style.display === "none"));
     show(first.includes(m));
