@@ -68,16 +68,18 @@ void wait_for_stage(BrowserPage& page, const std::filesystem::path& report) {
 /// @throws InvalidArgument for a link that the playback does not move
 void check_links(BrowserPage& page, const FilmOptions& o) {
   if (o.trail_of.empty()) return;
-  const auto known = nlohmann::json::parse(page.value("porthos.stage.movers()"));
+  const auto known = nlohmann::json::parse(page.value("porthos.stage.movers?.() || []"));
   const auto links = known.get<std::vector<std::string>>();
+  if (links.empty())
+    throw InvalidArgument(
+        "trail_of is given, and the page names no links that move, expected a report of this "
+        "version: porthos report makes it anew");
   for (const auto& link : o.trail_of)
     if (std::ranges::find(links, link) == links.end())
-      throw InvalidArgument(fmt::format(
-          "trail_of is '{}', {}expected one of the {} links that move", link,
-          links.empty()
-              ? ""
-              : fmt::format("the nearest is '{}', ", nearest(link, {links.begin(), links.end()})),
-          links.size()));
+      throw InvalidArgument(
+          fmt::format("trail_of is '{}', the nearest is '{}', expected one of the {} links that "
+                      "move",
+                      link, nearest(link, {links.begin(), links.end()}), links.size()));
 }
 
 }  // namespace

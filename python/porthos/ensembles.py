@@ -143,8 +143,9 @@ class EnsembleResult(Judged):
         s = self.summary
         lines = [f"{s['title'] or 'ensemble'}: {s['cases']} cases of {s['duration_s']:g} s by {s['method']}", ""]
         lines += text_table([self._heads, *self._rows()])
-        kinds = self._kinds()
-        lines += ["", *self._events(), *(text_table([self._kind_heads, *kinds]) + [""] if kinds else []), f"results  {self.folder}"]
+        for part in (self._events(), text_table([self._kind_heads, *kinds]) if (kinds := self._kinds()) else []):
+            lines += ["", *part] if part else []
+        lines += ["", f"results  {self.folder}"]
         return "\n".join(lines + [f"verdict  {'FAIL' if self.verdict == 'fail' else self.verdict}: {s['passed']} of {s['cases']} cases passed"])
 
     def __repr__(self) -> str:

@@ -389,9 +389,9 @@ def _histogram(ax: "Axes", title: str, unit: str, y: np.ndarray, passed: np.ndar
     for name, limit in limits.items():
         text = f"{name}{': ' if name else ''}limit {limit:.3g}"
         if log and limit <= 0 or not place(low) - 6 * span < place(limit) < place(high) + 6 * span:
-            ax.plot([], [], color=ALARM, linestyle=":", label=f"{text}, far away")
+            ax.plot([], [], color=INK, linestyle=":", label=f"{text}, far away")
         else:
-            ax.axvline(limit, color=ALARM, linestyle=":", linewidth=1.4, label=text)
+            ax.axvline(limit, color=INK, linestyle=":", linewidth=1.4, label=text)
         drawn = True
     if drawn or (keep & ~passed).any():
         _legend(ax)
@@ -462,7 +462,7 @@ def _comparison(c: Comparison, axes: "Axes | None") -> "Figure":
     rivals = {r["method"] for r in content["runs"] if r["rival"]}
     named = [n for n in lines if len(lines) <= 16 or n in best or n in rivals]
     for name in [n for n in lines if n not in named]:
-        axes.plot(*lines[name], color=GUIDE, linewidth=0.6, label="_thin")
+        axes.plot(*lines[name], color=GUIDE, linewidth=0.6, alpha=0.6, label="_thin")
     if thin := len(lines) - len(named):
         axes.plot([], [], color=GUIDE, linewidth=0.6, label=f"{thin} others")
     for k, name in enumerate(named):

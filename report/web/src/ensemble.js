@@ -72,7 +72,7 @@ function histogram(c, limits) {
     svg("text", { class: "axis", x: width / 2, y: base + 36, "text-anchor": "middle" }, c.unit || (c.group === "error" ? "relative" : c.group === "input" ? "as in the scene" : "1")),
     svg("text", { x: 0, y: 10 }, `${grouped(most)} cases`));
   for (const [, at] of near)
-    picture.append(svg("line", { class: "limit", x1: x(at), x2: x(at), y1: top, y2: base + 4, stroke: "var(--fail)", "stroke-dasharray": "3 3", "stroke-width": 1.5 }));
+    picture.append(svg("line", { class: "limit", x1: x(at), x2: x(at), y1: top, y2: base + 4, stroke: "var(--ink)", "stroke-dasharray": "3 3", "stroke-width": 1.5 }));
   const words = limits.map(([name, at]) => `${name ? `${name}: ` : ""}limit ${withUnit(value(at), c.unit)}${near.some((l) => l[1] === at) ? ", dashed" : ", far away"}`);
   return card(h("h3", {}, c.name), h("div", { class: "soft" }, [...words, c.log ? "logarithmic" : ""].filter(Boolean).join("; ") || "\u00a0"), picture);
 }

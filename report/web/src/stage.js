@@ -88,10 +88,10 @@ class Cast {
     this.movers = act.bodies.filter((b) => b.node >= 0);
     this.tips = this.movers.filter((b) => !parents.has(b.name));
   }
-  /** Whose paths are drawn, {node, at}: the origins of the links of these names, or the centres of mass of what has no children, the hands. */
+  /** Whose paths are drawn, {node, at, tint}: the origins of the links of these names, or the centres of mass of what has no children, the hands. */
   traced(names) {
-    if (names.length) return this.movers.filter((b) => names.includes(b.name)).map((b) => ({ node: b.node, at: new Vector3(...b.p) }));
-    return this.tips.map((b) => ({ node: b.node, at: new Vector3(...b.com).applyQuaternion(unit(b.q)).add(new Vector3(...b.p)) }));
+    if (names.length) return names.flatMap((name, k) => this.movers.filter((b) => b.name === name).map((b) => ({ node: b.node, at: new Vector3(...b.p), tint: k === 0 ? "c1" : k === 1 ? "c0" : `c${k % 8}` })));
+    return this.tips.map((b) => ({ node: b.node, at: new Vector3(...b.com).applyQuaternion(unit(b.q)).add(new Vector3(...b.p)), tint: "c1" }));
   }
   add(b, look, heavy) {
     const holder = new Group();
@@ -327,7 +327,7 @@ export class Stage {
     if (this.floor) this.floor.material.color.set(colour("guide")), (this.floor.material.opacity = 0.25);
     this.ground.tint(colour("touched"), colour("guide"));
     if (this.down) this.down.setColor(colour("c2")), this.ahead.setColor(colour("c1"));
-    for (const l of this.trails) l.material.color.set(colour("c1"));
+    for (const l of this.trails) l.material.color.set(colour(l.userData.tint));
     for (const a of this.arrows) a.helper.material.color.set(colour(tints[a.kind]));
     this.wake();
   }
@@ -355,7 +355,7 @@ export class Stage {
     const p = new Vector3(), q = new Quaternion();
     this.casts.forEach((cast, k) => {
       const clip = this.clips[k], n = clip.t.length;
-      for (const { node, at } of cast.traced(this.options.trailOf)) {
+      for (const { node, at, tint } of cast.traced(this.options.trailOf)) {
         const places = new Float32Array(3 * n);
         for (let f = 0; f < n; ++f) {
           this.pose(clip, f, node, p, q);
@@ -367,9 +367,9 @@ export class Stage {
           } else if (this.options.ride === "world") for (let i = 0; i < 3; ++i) x.setComponent(i, x.getComponent(i) + clip.origin[3 * f + i] - this.clips[0].origin[i]);
           x.toArray(places, 3 * f);
         }
-        const line = new Line(new BufferGeometry().setAttribute("position", new BufferAttribute(places, 3)), new LineBasicMaterial({ color: colour("c1"), transparent: true, opacity: 0.7 }));
+        const line = new Line(new BufferGeometry().setAttribute("position", new BufferAttribute(places, 3)), new LineBasicMaterial({ color: colour(tint), transparent: true, opacity: 0.7 }));
         line.frustumCulled = false;
-        line.userData = { act: k, tangle: tangled(places) };
+        line.userData = { act: k, tint, tangle: tangled(places) };
         this.scene.add(line);
         this.trails.push(line);
       }
