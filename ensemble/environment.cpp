@@ -151,8 +151,7 @@ Environment::Environment(std::vector<EnvironmentCase> cases, EnvironmentOptions 
                             " of an environment has other state numbers or ports than case 0, "
                             "expected cases that differ in numbers alone");
     require_size("start state of an environment", c.start.size(), size_t(d.nx));
-    const auto same = [&](const auto& p) { return p->model() == c.model.get(); };
-    const auto found = std::ranges::find_if(plants_, same);
+    const auto found = std::ranges::find(plants_, c.model.get(), &Plant::model);
     plant_of_case_.push_back(size_t(found - plants_.begin()));
     if (found == plants_.end()) plants_.push_back(std::make_unique<Plant>(c.model, o_, threads_));
   }
@@ -164,21 +163,20 @@ Environment::Environment(std::vector<EnvironmentCase> cases, EnvironmentOptions 
   actions_.resize(n * driven_.size());
   energies_.resize(n);
   observations_.resize(n * size_t(observation_size()));
-  lengths_.resize(n);
-  episodes_.assign(n, -1);
+  lengths_ = episodes_ = std::vector<std::int64_t>(n, -1);
   reset(o_.seed);
+  unused_.assign(n, 1);
 }
 
 void Environment::check_options() const {
-  if (o_.longest < 0)
-    throw InvalidArgument("longest is " + std::to_string(o_.longest) + ", expected 0 or more");
-  const auto at_least_one = [](const char* what, std::int64_t n) {
-    if (n < 1)
-      throw InvalidArgument(std::string("environment: ") + what + " is " + std::to_string(n) +
-                            ", expected 1 or more");
+  const auto at_least = [](int least, const std::string& what, std::int64_t n) {
+    if (n < least)
+      throw InvalidArgument(what + " is " + std::to_string(n) + ", expected " +
+                            std::to_string(least) + " or more");
   };
-  at_least_one("count", o_.count);
-  at_least_one("substeps", o_.substeps);
+  at_least(0, "longest", o_.longest);
+  at_least(1, "environment: count", o_.count);
+  at_least(1, "environment: substeps", o_.substeps);
   if (!(o_.step > 0))
     throw InvalidArgument("environment: step is " + std::to_string(o_.step) +
                           " s, expected more than 0 s");
@@ -201,9 +199,8 @@ void Environment::begin(int environment) {
   if (o_.begin) {
     o_.begin(random, x);
     require_size("state an episode begins from", x.size(), size_t(d.nx));
-    for (const double value : x)
-      if (!std::isfinite(value))
-        throw InvalidArgument("the state an episode begins from has a number that is not finite");
+    if (!std::ranges::all_of(x, [](double value) { return std::isfinite(value); }))
+      throw InvalidArgument("the state an episode begins from has a number that is not finite");
     norm_quaternions(d, x);
   }
   plant_of(environment).require_on_constraints(x);
@@ -262,7 +259,9 @@ void Environment::reset(std::optional<std::uint64_t> seed) {
     std::iota(streams_.begin(), streams_.end(), 0);
     std::fill(episodes_.begin(), episodes_.end(), -1);
   }
-  for (int i = 0; i < o_.count; ++i) begin(i);
+  for (int i = 0; i < o_.count; ++i)
+    if (episodes_[size_t(i)] < 0 || !unused_[size_t(i)]) begin(i);
+  unused_.assign(states_.size(), 0);
   final_ = before_ = observations_;
   final_energies_ = energies_before_ = energies_;
   final_cases_ = cases_;
@@ -307,27 +306,26 @@ void Environment::step(std::span<const double> actions) {
   std::copy(actions.begin(), actions.end(), actions_.begin());
   before_ = observations_;
   energies_before_ = energies_;
+  unused_.assign(states_.size(), 0);
   advance();
   final_cases_ = cases_;
-  const auto width = size_t(observation_size());
-  for (int i = 0; i < o_.count; ++i) {
-    const auto k = size_t(i);
+  for (size_t k = 0; k < states_.size(); ++k) {
     ++lengths_[k];
     truncated_[k] = !terminated_[k] && o_.longest > 0 && lengths_[k] >= o_.longest;
-    observe(i);
-    std::copy_n(observations_.begin() + long(k * width), width, final_.begin() + long(k * width));
-    final_energies_[k] = energies_[k];
-    if (terminated_[k] || truncated_[k]) begin(i);
+    unused_[k] = terminated_[k] || truncated_[k];
+    observe(int(k));
   }
+  final_ = observations_;
+  final_energies_ = energies_;
+  for (int i = 0; i < o_.count; ++i)
+    if (unused_[size_t(i)]) begin(i);
 }
 
 void Environment::end(std::span<const std::uint8_t> which, bool failed) {
   require_size("flags of an environment", which.size(), size_t(o_.count));
   const auto width = size_t(observation_size());
-  for (int i = 0; i < o_.count; ++i) {
-    const auto k = size_t(i);
+  for (size_t k = 0; k < which.size(); ++k) {
     if (!which[k]) continue;
-    const bool begun = terminated_[k] || truncated_[k];
     terminated_[k] = 1;
     truncated_[k] = 0;
     if (failed && !failed_[k]) {
@@ -335,14 +333,17 @@ void Environment::end(std::span<const std::uint8_t> which, bool failed) {
       std::copy_n(before_.begin() + long(k * width), width, final_.begin() + long(k * width));
       final_energies_[k] = energies_before_[k];
     }
-    if (!begun) begin(i);
+    if (!unused_[k]) begin(int(k));
+    unused_[k] = 1;
   }
 }
 
 void Environment::set_state(int environment, const phs::State& state) {
+  const auto i = size_t(environment);
   require_size("state of an environment", state.x.size(), given_[0].start.size());
-  require_size("turns of a state", state.turns.size(), states_[size_t(environment)].turns.size());
-  states_[size_t(environment)] = state;
+  require_size("turns of a state", state.turns.size(), states_[i].turns.size());
+  states_[i] = state;
+  unused_[i] = 0;
   observe(environment);
 }
 

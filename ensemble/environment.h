@@ -76,7 +76,9 @@ class Environment {
   /// That of the first case.
   const phs::Model& model() const { return *given_[0].model; }
 
-  /// Starts the first episode of a seed in every environment; without a seed, the next episode.
+  /// Starts the first episode of a seed in every environment; without a seed the next one. That is
+  /// the episode which the constructor or the last step began, as long as nothing has used it: so
+  /// resets after ends of episodes leave out no draw.
   void reset(std::optional<std::uint64_t> seed = {});
   /// The same with a seed for each, which then begins as it would alone. @throws InvalidArgument
   /// for another number than count()
@@ -146,6 +148,7 @@ class Environment {
   std::vector<double> actions_, observations_, final_, energies_, final_energies_;
   std::vector<double> before_, energies_before_;  ///< of the last step
   std::vector<std::uint8_t> terminated_, truncated_, failed_;
+  std::vector<std::uint8_t> unused_;  ///< began in the last step or the constructor, as drawn
   std::vector<integrators::Outcome> outcomes_;
   std::vector<std::int64_t> lengths_, episodes_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -40,24 +41,42 @@ std::optional<double> number_in(std::string_view cell, char decimal) {
   return as_number(cell);
 }
 
-/// "q [rad]" and "q (rad)" are "q": the unit is what Porthos expects and writes itself. Other units
-/// stay in the name, which nothing asks for then.
-std::string_view without_unit(std::string_view name) {
-  if (!name.ends_with(']') && !name.ends_with(')')) return name;
+/// A name of a column, and how often the unit of Porthos is in that of its numbers.
+struct Heading {
+  std::string_view name;
+  double factor = 1;
+};
+
+/// "q [rad]" and "q (rad)" are "q": the unit is what Porthos expects and writes itself. "q [deg]" is
+/// "q" with a factor. Other units stay in the name, which nothing asks for then.
+Heading without_unit(std::string_view name) {
+  if (!name.ends_with(']') && !name.ends_with(')')) return {name};
   const auto open = name.rfind(name.back() == ']' ? " [" : " (");
-  if (open == std::string_view::npos || open == 0) return name;
-  constexpr std::string_view units[] = {"1", "s", "m", "rad", "kg", "N",  "J",
-                                        "W", "A", "V", "T",   "Nm", "Nms"};
+  if (open == std::string_view::npos || open == 0) return {name};
+  constexpr double degree = std::numbers::pi / 180;
+  constexpr std::pair<std::string_view, double> units[] = {
+      {"1", 1},     {"s", 1},      {"m", 1},       {"rad", 1},     {"kg", 1},
+      {"N", 1},     {"J", 1},      {"W", 1},       {"A", 1},       {"V", 1},
+      {"T", 1},     {"Nm", 1},     {"Nms", 1},     {"ms", 1e-3},   {"us", 1e-6},
+      {"mm", 1e-3}, {"mNm", 1e-3}, {"mrad", 1e-3}, {"deg", degree}};
   constexpr std::string_view between = " /*.\xC2\xB7";  // the last two are a middle dot
   std::string_view unit = name.substr(open + 2, name.size() - open - 3);
+  Heading heading{without_edges(name.substr(0, open))};
+  bool below = false;  // behind a slash
   while (!unit.empty()) {
     const auto end = std::min(unit.find_first_of(between), unit.size());
-    const auto one = unit.substr(0, std::min(unit.find('^'), end));
-    if (!one.empty() && std::find(std::begin(units), std::end(units), one) == std::end(units))
-      return name;
+    const auto hat = std::min(unit.find('^'), end);
+    const auto one = unit.substr(0, hat);
+    const auto known = std::find_if(std::begin(units), std::end(units),
+                                    [&](const auto& u) { return u.first == one; });
+    if (!one.empty() && known == std::end(units)) return {name};
+    const auto power = as_number(unit.substr(std::min(hat + 1, end), end - std::min(hat + 1, end)));
+    if (!one.empty() && known->second != 1)
+      heading.factor *= std::pow(known->second, (below ? -1 : 1) * power.value_or(1));
+    below = below || (end < unit.size() && unit[end] == '/');
     unit.remove_prefix(std::min(end + 1, unit.size()));
   }
-  return without_edges(name.substr(0, open));
+  return heading;
 }
 
 [[noreturn]] void fail(const std::string& where, const std::string& why) {
@@ -76,7 +95,7 @@ char separator_of(std::string_view names) {
 }  // namespace
 
 CsvTable::CsvTable(std::string path, const std::string& text) : path_(std::move(path)) {
-  std::vector<Column*> order;
+  std::vector<std::pair<Column*, double>> order;  // with the factors of their units
   char separator = ',';
   std::size_t line = 0;
   const std::string_view byte_order_mark = "\xEF\xBB\xBF";
@@ -97,10 +116,12 @@ CsvTable::CsvTable(std::string path, const std::string& text) : path_(std::move(
         fail(where, "the line has numbers, expected the names of the columns in the first line");
       for (const auto name : cells) {
         if (name.empty()) fail(where, "a column has no name, expected names in the first line");
-        auto [at, is_new] = columns_.try_emplace(std::string(without_unit(name)));
+        const Heading heading = without_unit(name);
+        auto [at, is_new] = columns_.try_emplace(std::string(heading.name));
+        const double factor = is_new ? heading.factor : 1;
         if (!is_new) std::tie(at, is_new) = columns_.try_emplace(std::string(name));
         if (!is_new) fail(where, "two columns are called '" + std::string(name) + "'");
-        order.push_back(&at->second);
+        order.emplace_back(&at->second, factor);
       }
       continue;
     }
@@ -110,8 +131,9 @@ CsvTable::CsvTable(std::string path, const std::string& text) : path_(std::move(
                       std::to_string(order.size()) + ", as many as there are names");
     for (std::size_t k = 0; k < cells.size(); ++k) {
       const double x = number_in(cells[k], separator == ',' ? '\0' : ',').value_or(NAN);
-      if (!std::isfinite(x)) order[k]->no_number[rows()] = std::string(cells[k]);
-      order[k]->values.push_back(x);
+      const auto& [column, factor] = order[k];
+      if (!std::isfinite(x)) column->no_number[rows()] = std::string(cells[k]);
+      column->values.push_back(x * factor);
     }
     lines_.push_back(line);
   }
@@ -124,12 +146,12 @@ std::vector<std::string> CsvTable::names() const {
 }
 
 bool CsvTable::has(const std::string& name) const {
-  return columns_.contains(name) || columns_.contains(std::string(without_unit(name)));
+  return columns_.contains(name) || columns_.contains(std::string(without_unit(name).name));
 }
 
 std::vector<double> CsvTable::column(const std::string& name) const {
   auto found = columns_.find(name);
-  if (found == columns_.end()) found = columns_.find(std::string(without_unit(name)));
+  if (found == columns_.end()) found = columns_.find(std::string(without_unit(name).name));
   if (found == columns_.end()) {
     Names known;
     for (const auto& [key, column] : columns_) known.push_back(key);

@@ -9,8 +9,8 @@ namespace porthos {
 /// Columns of numbers by name, from a text with the names in its first line. Commas, semicolons or
 /// tabs separate cells, whichever is most frequent among the names. Where it is not the comma, a
 /// number may have a decimal comma, as a spreadsheet writes it. Lines that begin with # and empty
-/// ones are passed over, as is a byte-order mark. A unit without prefix behind a name, "q [rad]"
-/// or "torque (Nm)", is no part of it.
+/// ones are passed over, as is a byte-order mark. A unit behind a name, "q [rad]" or "torque (Nm)",
+/// is no part of it; numbers in ms, us, mm, mrad, mNm or deg, "v [deg/s]", become those of Porthos.
 class CsvTable {
  public:
   /// @param path  of the text, in messages

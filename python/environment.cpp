@@ -163,8 +163,8 @@ the one it begins as; what each environment has now stands in `cases`.)")
             return observations_after(self, [&](Environment& e) { e.reset(seed); });
           },
           arg("seed") = py::none(),
-          "Begins the first episode of a seed in every environment; without one, the next episode. "
-          "Returns observations.")
+          "Begins the first episode of a seed in every environment; without one, the next episode, "
+          "which is the one that the last step began where it ended one. Returns observations.")
       .def(
           "reset_each",
           [](py::object self, const std::vector<std::uint64_t>& seeds) {

@@ -48,9 +48,11 @@ inline Entry with_lanes(Entry e, LaneMaker lanes) {
   e.make_lanes = std::move(lanes);
   return e;
 }
-#define PORTHOS_MAKER(function)                                             \
-  [](const Declaration& d, const phs::Model& m, auto h, const Options& o) { \
-    return function(d, m, h, o);                                            \
+/// In any namespace; `function` as it is called there.
+#define PORTHOS_MAKER(function)                                                                  \
+  [](const ::porthos::integrators::Declaration& declaration, const ::porthos::phs::Model& model, \
+     auto h, const ::porthos::integrators::Options& options) {                                   \
+    return function(declaration, model, h, options);                                             \
   }
 /// An entry for a method that works in double only.
 inline Entry double_entry(Declaration d, Maker<double> make) {

@@ -276,7 +276,7 @@ class VectorEnv(_VectorBase):
         return last, rewards, whys
 
     def reset(self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None):
-        """(observations, info): the first episode of the seed, or the next. Of a number, environment i has the seed + i, as in Gymnasium; a list has one for each."""
+        """(observations, info): the first episode of the seed, or the next, which a copy whose episode has just ended has begun. Of a number, environment i has the seed + i, as in Gymnasium; a list has one for each."""
         if options:
             raise InvalidArgument(f"reset() has options {', '.join(map(repr, options))}, expected none: begin says where episodes begin")
         several = isinstance(seed, (list, tuple, np.ndarray))

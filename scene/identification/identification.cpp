@@ -8,6 +8,7 @@
 
 #include "scene/assemble/model_notes.h"
 #include "scene/identification/detail/least_squares.h"
+#include "scene/identification/detail/log_units.h"
 #include "scene/identification/detail/momentum_regression.h"
 #include "scene/identification/detail/output_error.h"
 #include "scene/judge/trajectory_table.h"
@@ -95,7 +96,8 @@ void add_notes(Identification& r, const Scene& scene, const Log& log, const std:
   if (first > 10 * length / double(log.times.size()))
     r.notes.push_back(fmt::format(
         "the log begins at {:g} s, the scene at 0: where they begin together, take {:g} s from the "
-        "log's times",
+        "log's times; where it was cut from a longer one, ask for its start too, as "
+        "\"joint_1.position\"",
         first, first));
   if (!log.unused.empty()) {
     std::vector<std::string> some(
@@ -205,7 +207,8 @@ Fit fit_by_lengths(OutputError& error, std::vector<double> start, bool near, con
 }
 
 /// Where the fit begins, and whether that is near to where it ends: the bodies by their momenta,
-/// where their run is nearer to the log than that of the scene.
+/// where their run is nearer to the log than that of the scene; else starts as the first rows of
+/// the log tell them.
 std::pair<std::vector<double>, bool> start_of_fit(Identification& r, const Scene& scene,
                                                   const Assembly& assembly,
                                                   const Unknowns& unknowns, const Log& log,
@@ -216,12 +219,16 @@ std::pair<std::vector<double>, bool> start_of_fit(Identification& r, const Scene
   Eigen::VectorXd after;
   r.by_momenta =
       !z.empty() && error.at(z, after, nullptr) && !(after.squaredNorm() >= before.squaredNorm());
-  if (!r.by_momenta) return {unknowns.start(), false};
+  if (!r.by_momenta) {
+    const auto as_logged = with_start_of(log, unknowns);
+    return {error.at(as_logged, after, nullptr) ? as_logged : unknowns.start(), false};
+  }
   return {z, after.squaredNorm() < near * before.squaredNorm()};
 }
 
 Identification identify(Scene scene, const Assembly& assembly, const Log& log,
                         const IdentificationRequest& request) {
+  require_units(log, scene);
   scene.duration = scene.step * std::max(1.0, std::ceil(log.times.back() / scene.step - 1e-9));
   const Unknowns unknowns(scene, assembly, request.parameters);
   const size_t numbers = log.times.size() * log.columns.size();
@@ -237,6 +244,9 @@ Identification identify(Scene scene, const Assembly& assembly, const Log& log,
   r.times = log.times;
   Eigen::VectorXd before;
   if (!error.at(unknowns.start(), before, nullptr)) before.setConstant(error.size(), NAN);
+  r.notes = questions_before(log, before, unknowns);
+  for (const auto& note : r.notes)
+    if (request.say) request.say("note: " + note);
   const auto [start, near] = start_of_fit(r, scene, assembly, unknowns, log, error, before);
   const Fit fit = fit_by_lengths(error, start, near, log, request);
   r.iterations = fit.iterations;

@@ -120,5 +120,36 @@ TEST(EnvironmentCases, OtherSystemsAreRefused) {
   EXPECT_EQ(said(springs()), "") << "control";
 }
 
+/// Resets after the end of episodes leave out no draw; control: one within an episode begins another.
+TEST(EnvironmentCases, AResetAfterAnEndKeepsTheEpisodeThatHasBegun) {
+  EnvironmentOptions o{.count = 2, .step = 0.05, .seed = 3, .longest = 1};
+  int begun = 0;
+  o.begin = [&](Stream& random, std::span<double> x) { x[0] = random.uniform() + 0 * ++begun; };
+  Environment env(springs(), o);
+  const std::vector<double> push(2, 0.1);
+  for (int episode = 0; episode < 4; ++episode) {
+    env.reset();
+    for (size_t i = 0; i < 2; ++i) {
+      Stream random(3, i, std::uint64_t(episode));
+      EXPECT_EQ(env.cases()[i], int(4 * random.uniform()));
+      EXPECT_EQ(env.state(int(i)).x[0], random.uniform()) << episode;
+      EXPECT_EQ(env.final_cases()[i], env.cases()[i]);
+      EXPECT_EQ(env.final_energies()[i], env.energies()[i]);
+    }
+    env.step(push);
+    EXPECT_EQ(begun, 2 * (episode + 2)) << "once each";
+  }
+  env.end(std::vector<std::uint8_t>{1, 1}, false);
+  EXPECT_EQ(env.episodes()[1], 4) << "the end has begun";
+  env.reset();
+  env.reset();
+  EXPECT_EQ(env.episodes()[0], 5) << "control: a reset after a reset";
+  env.step(push);
+  env.set_state(1, env.state(0));
+  env.reset();
+  EXPECT_EQ(env.episodes()[0], 6);
+  EXPECT_EQ(env.episodes()[1], 7) << "control: another state was put in its place";
+}
+
 }  // namespace
 }  // namespace porthos::ensemble::environment_cases_test

@@ -14,6 +14,19 @@
 #include "tests/support/driven_pendulum.h"
 #include "tests/support/fast_arm.h"
 
+/// A method of a program of one's own, whose namespace is not within porthos.
+namespace program_with_a_method {
+
+template <class T>
+auto make(const porthos::integrators::Declaration& declaration, const porthos::phs::Model& model,
+          T h, const porthos::integrators::Options& options) {
+  return porthos::integrators::entry_of("rk4").make<T>()(declaration, model, h, options);
+}
+porthos::integrators::Entry method() {
+  return porthos::integrators::entry({.name = "of_a_program"}, PORTHOS_MAKER(make));
+}
+}  // namespace program_with_a_method
+
 namespace porthos::integrators::rival_test {
 namespace {
 
@@ -466,6 +479,7 @@ TEST(Rivals, KeepGslFromAbortingAndLeaveAHandlerOfOnesOwn) {
 
 TEST(Catalogue, TakesMethodsInUse) {
   const Entry& rk4 = entry_of("rk4");
+  add_entry(program_with_a_method::method());
   Entry own = rk4;
   own.declaration.name = "own";
   add_entry(own);
@@ -478,6 +492,8 @@ TEST(Catalogue, TakesMethodsInUse) {
   EXPECT_EQ(declaration_of("own").order, 3);
   EXPECT_EQ(std::ranges::count(catalogue(), "own", &Declaration::name), 1);
   EXPECT_THROW(add_entry(rk4), InvalidArgument);
+  const phs::UserModel<Bare> model(Bare{});
+  EXPECT_EQ(make_integrator("of_a_program", model, 0.1)->declaration().name, "of_a_program");
 }
 
 }  // namespace

@@ -119,3 +119,25 @@ def test_a_scene_is_left_as_it_was(source):
     before = scene.model.description.nx
     ph.Env.from_scene(scene, reward=reward_of_effort, **KW)
     assert not scene.data.centre_stays and scene.model.description.nx == before
+
+
+def test_episodes_of_a_seed_have_its_draws_once_each(scene):
+    kw = dict(cases=6, longest=2, **KW)
+    cases, energies, drawn = [], [], []
+    one = ph.Env.from_scene(scene, reward=lambda o, u: (cases.append(one.case), energies.append(one.energy)) and 0.0, **kw)
+    for episode in range(8):
+        obs, _ = one.reset(seed=4 if episode == 0 else None)
+        drawn.append(obs)
+        begun = one.case, one.energy
+        while not one.step(np.zeros(one.action_space.shape))[3]:
+            pass
+        assert cases[-2:] == [begun[0]] * 2 and abs(energies[-1] - begun[1]) < 0.1, "of the new episode after reset"
+    batch = ph.VectorEnv.from_scene(scene, reward=rewards_of_effort, **kw)
+    seen = [batch.reset(seed=4)[0][0]]
+    while len(seen) < 8:  # episodes that begin by themselves
+        obs, _, _, truncated, _ = batch.step(np.zeros(batch.action_space.shape))
+        if truncated[0]:
+            seen.append(obs[0] if len(seen) % 2 else batch.reset()[0][0])
+    assert np.array_equal(drawn, seen) and len(np.unique(drawn, axis=0)) > 4
+    first = [one.reset(seed=4)[0], one.reset()[0]]
+    assert np.array_equal(first, drawn[:2])  # control: a reset after a reset draws

@@ -169,8 +169,12 @@ TEST(TableRemark, UnitsInHeadsAreNoPartOfNames) {
   };
   for (const char* unit : {"[N m]", "[Nm]", "[N*m]", "[N.m]", "[N·m]", "(Nm)", "(N m)"})
     EXPECT_EQ(torque_of(fmt::format("deflection [rad],torque {}", unit)), "") << unit;
-  EXPECT_NE(torque_of("deflection (deg),torque [N m]").find("no column 'deflection'"),
+  EXPECT_NE(torque_of("deflection (turns),torque [N m]").find("no column 'deflection'"),
             std::string::npos);
+  const auto in_others =
+      vsa::parse_measurements("deflection (deg),torque [mNm]\n0,0\n90,2\n180,4\n", "s.csv", {});
+  EXPECT_DOUBLE_EQ(in_others.deflection[1], M_PI / 2);
+  EXPECT_DOUBLE_EQ(in_others.torque[1], 2e-3);
 }
 
 TEST(TableRemark, AHysteresisLoopIsNoNoise) {
