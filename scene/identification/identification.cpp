@@ -17,9 +17,7 @@
 namespace porthos::scene {
 namespace {
 
-constexpr const char* without_slopes =
-    "; if it is fixed, the spring can be an [[element]] of type \"spring\"; else fit "
-    "porthos.Scene(change=...) with scipy's least_squares";
+constexpr const char* without_slopes = "; fit porthos.Scene(change=...) with scipy's least_squares";
 
 using Eigen::Index, Eigen::MatrixXd;
 
@@ -285,7 +283,7 @@ double Identification::surprise() const {
 
 Identification identify(const Scene& given, const std::string& log,
                         const IdentificationRequest& request) {
-  const Scene scene = scene_with_slopes(given, "identify", without_slopes);
+  const Scene scene = scene_with_slopes(given, "identify", without_slopes, true);
   const Assembly assembly = assemble_with_tangents(scene);
   tell_notes(assembly, request.say);
   return identify(scene, assembly, read_log(log, request.noise, scene, assembly), request);
@@ -293,7 +291,7 @@ Identification identify(const Scene& given, const std::string& log,
 
 Identification identify(const Scene& given, const NamedColumns& log,
                         const IdentificationRequest& request) {
-  const Scene scene = scene_with_slopes(given, "identify", without_slopes);
+  const Scene scene = scene_with_slopes(given, "identify", without_slopes, true);
   const Assembly assembly = assemble_with_tangents(scene);
   return identify(scene, assembly, log_of(log, request.noise, scene, assembly), request);
 }

@@ -10,10 +10,16 @@
 
 namespace porthos::scene {
 
-Scene scene_with_slopes(Scene scene, const std::string& command, const std::string& instead) {
-  if (!scene.actuators.empty())
-    throw InvalidArgument(in_file(scene.path) + command +
-                          " takes no [[actuator]]: the start of its motor has no slopes" + instead);
+Scene scene_with_slopes(Scene scene, const std::string& command, const std::string& instead,
+                        bool fixed_motors) {
+  const auto is_fixed = [](const JointActuator& a) {
+    using Kind = vsa::Drive::Kind;
+    return a.actuator.theta.kind == Kind::fixed && a.actuator.sigma.kind == Kind::fixed;
+  };
+  if (!scene.actuators.empty() && !(fixed_motors && std::ranges::all_of(scene.actuators, is_fixed)))
+    throw InvalidArgument(in_file(scene.path) + command + " takes no [[actuator]]" +
+                          (fixed_motors ? " whose motor moves" : "") +
+                          ": the start of its motor has no slopes" + instead);
   scene.centre_stays = true;
   return scene;
 }

@@ -7,8 +7,11 @@ namespace porthos::scene {
 
 /// The scene as its run has slopes: the centre of mass stays in the equations.
 /// @param command  that asks for them, for the message;  instead: as differentiable_steps()
-/// @throws InvalidArgument for [[actuator]]s
-Scene scene_with_slopes(Scene scene, const std::string& command, const std::string& instead);
+/// @param fixed_motors  whether [[actuator]]s are taken whose motors are fixed: where their starts
+///   are differentiated too, which follow the joint
+/// @throws InvalidArgument for other [[actuator]]s
+Scene scene_with_slopes(Scene scene, const std::string& command, const std::string& instead,
+                        bool fixed_motors = false);
 
 /// The steps of a scene whose run is one smooth map of its start and its parameters: what
 /// integrators::gradient_of_run() differentiates is then what porthos run computes.

@@ -170,15 +170,16 @@ bool Unknowns::add_of_part(const std::string& name, const Assembly& a) {
     return false;
   };
   return add_of("element", scene_.elements) || add_of("body", scene_.bodies) ||
-         add_of("contact", scene_.contacts) ||
-         (of_ == NumbersOf::run &&
-          (add_of("controller", scene_.controllers) || add_of("actuator", scene_.actuators)));
+         add_of("contact", scene_.contacts) || add_of("actuator", scene_.actuators) ||
+         (of_ == NumbersOf::run && add_of("controller", scene_.controllers));
 }
 
 void Unknowns::add_key(const std::string& name, const std::string& key, const Assembly& a) {
-  static const Names of_field = {"initial", "environment", "model", "element", "body", "contact"},
-                     of_run = {"initial", "environment", "model",    "element", "body", "contact",
-                               "orbit",   "controller",  "actuator", "event",   "stop", "output"};
+  static const Names of_field = {"initial", "environment", "model",   "element",
+                                 "body",    "contact",     "actuator"},
+                     of_run = {"initial",    "environment", "model",    "element",
+                               "body",       "contact",     "actuator", "orbit",
+                               "controller", "event",       "stop",     "output"};
   const Names& first = of_ == NumbersOf::run ? of_run : of_field;
   const std::string table = key.substr(0, key.find_first_of(".["));
   std::vector<std::string> known;

@@ -27,7 +27,7 @@ inline constexpr const char* inertial_numbers[] = {
 /// The tables of a scene whose numbers may be named.
 enum class NumbersOf {
   field,  ///< those that act through the field of the model
-  run     ///< all but how it is integrated and judged: controllers, actuators, events, orbits too
+  run     ///< all but how it is integrated and judged: controllers, events, orbits too
 };
 
 /// The numbers as z, a vector without limits whose entries are of order one. Names:
@@ -35,8 +35,8 @@ enum class NumbersOf {
 /// "<body>": all ten inertial numbers, by their log-Cholesky numbers, so that every z is physical;
 /// "<body>.mass" [kg], with the centre of mass and the inertia about it kept; "<body>.com.x" [m] in
 /// the body's frame; "<body>.inertia.xx" [kg m²] about the centre of mass along the body's axes,
-/// .xy for both elements; "<element>.<key>", a number of an [[element]], a [[body]] or a
-/// [[contact]], and with NumbersOf::run of a [[controller]] or an [[actuator]], by its name,
+/// .xy for both elements; "<element>.<key>", a number of an [[element]], a [[body]], a
+/// [[contact]] or an [[actuator]], and with NumbersOf::run of a [[controller]], by its name,
 /// "target.linear_velocity[0]"; "<joint>.position", ".velocity", start values; any other number of
 /// the scene by its key as in [ensemble], "environment.vector[2]".
 ///

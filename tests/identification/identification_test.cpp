@@ -11,6 +11,7 @@
 #include "scene/sensitivity/sensitivity.h"
 #include "tests/identification/support.h"
 #include "tests/places.h"
+#include "tests/support/bounds.h"
 
 namespace porthos::scene::identification_test {
 namespace {
@@ -211,6 +212,29 @@ TEST_F(IdentificationOfScenes, OfItsOwnLogIsExact) {
   EXPECT_NEAR(r.found[2].value, 0.05, 1e-10);
 }
 
+/// A spring of one's own behind a fixed motor; its rest follows the joint's start, or is stated.
+TEST_F(IdentificationOfScenes, AFormulaBehindAFixedMotor) {
+  const auto with_formula = [&](double k, double a, const char* rest) {
+    return read(swing(6, 0.4, 0.05) +
+                fmt::format("[[actuator]]\nname = \"vsa\"\njoint = \"hinge\"\nfamily = "
+                            "\"formula\"\nenergy = \"0.5*k*phi^2 + a*phi^4\"\nparameters = {{ k "
+                            "= {}, a = {} }}\ntheta = {{ drive = \"fixed\"{} }}\n",
+                            k, a, rest));
+  };
+  for (const char* rest : {"", ", start = 0.2"}) {
+    const auto log = run_of(with_formula(5, 3, rest), {"hinge.position", "hinge.velocity"}, 5);
+    const auto r = identify(
+        with_formula(4, 2, rest), log,
+        {.parameters = {"vsa.parameters.k", "vsa.parameters.a", "hinge.position", "rod.mass"},
+         .noise = {.of_all = 1e-3}});
+    EXPECT_TRUE(r.converged);
+    test::keeps("k of a formula", std::fabs(r.found[0].value - 5), 1e-7);
+    test::keeps("a of a formula", std::fabs(r.found[1].value - 3), 1e-7);
+    test::keeps("start", std::fabs(r.found[2].value - 1.2), 1e-8);
+    test::keeps("mass", std::fabs(r.found[3].value - 2), 1e-8);
+  }
+}
+
 /// The starts of a run are numbers like others.
 TEST_F(IdentificationOfScenes, StartValues) {
   const auto log = run_of(read(swing(6, 0.4, 0.05)), {"hinge.position"}, 5);
@@ -338,7 +362,7 @@ TEST_F(IdentificationOfScenes, Refusals) {
             "scene.toml: there is no parameter 'spring.stiffness', expected a body or its number "
             "(\"link_6\", \"link_6.mass\"), a number of an element by its name "
             "(\"spring.stiffness\"), a start value (\"joint_1.velocity\") or a key of initial, "
-            "environment, model, element, body, contact; the elements are coil, bearing");
+            "environment, model, element, body, contact, actuator; the elements are coil, bearing");
   EXPECT_EQ(refused(s, rates, {"coil.cubic"}),
             "scene.toml: the parameter 'coil.cubic' is no number of the scene, expected one that "
             "it states, to start from");
@@ -388,12 +412,12 @@ TEST_F(IdentificationOfScenes, Refusals) {
                     rates, {"coil.stiffness"}),
             "scene.toml: a gradient takes no [[event]]");
   EXPECT_EQ(
-      refused(read(swing(6, 0.4, 0.05) + "[[actuator]]\njoint = \"hinge\"\ndevice = \"sea_100\"\n"
-                                         "theta = { drive = \"fixed\" }\n"),
+      refused(read(swing(6, 0.4, 0.05) +
+                   "[[actuator]]\njoint = \"hinge\"\ndevice = \"sea_100\"\n"
+                   "theta = { drive = \"rate\", command = { constant = 0.1 } }\n"),
               rates, {"coil.stiffness"}),
-      "scene.toml: identify takes no [[actuator]]: the start of its motor has no slopes; if "
-      "it is fixed, the spring can be an [[element]] of type \"spring\"; else fit "
-      "porthos.Scene(change=...) with scipy's least_squares");
+      "scene.toml: identify takes no [[actuator]] whose motor moves: the start of its motor has "
+      "no slopes; fit porthos.Scene(change=...) with scipy's least_squares");
 }
 
 /// A body that is not physical has no log-Cholesky numbers, and the sentence says the way out.
