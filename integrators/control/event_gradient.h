@@ -29,6 +29,12 @@ struct RunEvent {
   std::vector<phs::LawGain> numbers = {};
   int then = -1;      ///< the phase that follows; -1: the same
   bool ends = false;  ///< it ends the run, after its reset
+  /// Parameters of the models that guard and reset depend on besides. They get them behind the
+  /// numbers, as changes: 0.
+  std::vector<std::string> parameters = {};
+  /// Parameters of the models that follow which the event decides: a place at which something is
+  /// locked from then on. The reset gives their changes behind the state.
+  std::vector<std::string> sets = {};
 };
 
 /// A part of a run: its model, and what may end it.
@@ -43,6 +49,9 @@ struct EventObjective {
   Objective::Part end = {}, sampled = {};
   /// ∂end/∂t, for a run that an event ends; empty: 0.
   std::function<double(double t, std::span<const double> x)> end_by_time = {};
+  /// ∂end/∂θ at that state, by names of parameters of the models; empty: 0.
+  std::function<std::map<std::string, double>(double t, std::span<const double> x)>
+      end_by_parameters = {};
 };
 
 /// How such a gradient is computed.
@@ -85,8 +94,8 @@ struct EventGradient {
 /// and the rest of the step begins later and is shorter by δt*. In the limit of small steps this is
 /// the saltation matrix R_x + (f⁺ - R_x f⁻ - R_t) ∇gᵀ/ġ; here it is the derivative of the steps as
 /// they are computed, to rounding. What a reset makes of the masses of the model is not in the
-/// slopes by these, unless they are among its numbers. "<event>.at" of a time at the end of a whole
-/// step is right to the method's error.
+/// slopes by these, unless they are among its numbers or parameters. "<event>.at" of a time at the
+/// end of a whole step is right to the method's error.
 /// @param start  at time 0, of phases[0]
 /// @param duration  of the run [s], > 0, unless an event ends it earlier
 /// @throws InvalidArgument as gradient_of_run(); for sampled controllers; for methods whose steps
@@ -96,6 +105,15 @@ EventGradient gradient_across_events(const std::string& method, const std::vecto
                                      const phs::State& start, double h, double duration,
                                      const EventObjective& objective,
                                      const EventGradientOptions& options = {});
+/// The gradients of any number of costs of one run, `objectives`, in their order and with the bits
+/// of each alone: the run is shared.
+/// @throws InvalidArgument as gradient_across_events()
+std::vector<EventGradient> gradients_across_events(const std::string& method,
+                                                   const std::vector<RunPhase>& phases,
+                                                   const phs::State& start, double h,
+                                                   double duration,
+                                                   std::span<const EventObjective> objectives,
+                                                   const EventGradientOptions& options = {});
 
 /// The change of a run with events along a direction.
 struct EventTangent {
@@ -110,7 +128,8 @@ struct EventTangent {
 /// product with ∂J/∂x_N, ∂J/∂t_N is that of the gradient with the direction, to rounding.
 /// @param direction  δx_0, size nx of the first phase
 /// @param numbers  δθ by names as EventGradient::names; others are 0
-/// @throws InvalidArgument as gradient_across_events(), and for a name that no event has
+/// @throws InvalidArgument as gradient_across_events(), for a name that no event has, and for an
+///   event that sets parameters
 EventTangent tangent_across_events(const std::string& method, const std::vector<RunPhase>& phases,
                                    const phs::State& start, double h, double duration,
                                    std::span<const double> direction,

@@ -10,7 +10,7 @@
 /// A run with events, as the legs between them. Private to event_*.cpp.
 namespace porthos::integrators {
 
-/// An event in duals at an instant, with its derivatives by (x, t, its numbers).
+/// An event in duals at an instant, with its derivatives by (x, t, its numbers and parameters).
 class EventInDuals {
  public:
   explicit EventInDuals(const RunEvent& event) : event_(event) {}
@@ -25,7 +25,7 @@ class EventInDuals {
     phs::along_each(seeds_, [&](size_t k) { slopes[k] = guard().d; });
     return slopes;
   }
-  /// The state after it, size n.
+  /// The state after it and what it sets, n numbers.
   std::vector<double> reset(double t, std::span<const double> x, size_t n) {
     seed(t, x);
     std::vector<double> values;
@@ -49,6 +49,7 @@ class EventInDuals {
     seeds_.assign(x.begin(), x.end());
     seeds_.emplace_back(t);
     for (const auto& number : event_.numbers) seeds_.emplace_back(number.value);
+    seeds_.resize(seeds_.size() + event_.parameters.size(), phs::Dual(0.0));
   }
   std::span<const phs::Dual> x() const { return std::span(seeds_).first(n_); }
   std::span<const phs::Dual> numbers() const { return std::span(seeds_).subspan(n_ + 1); }
@@ -202,7 +203,8 @@ class EventLegs {
     const size_t to = event.then < 0 ? phase_ : size_t(event.then);
     const auto& d = phases_[to].model->description();
     const auto x = whole_numbers(description(), state_);
-    const auto after = EventInDuals(event).reset(time_at_end(leg), x, size_t(d.nx));
+    auto after = EventInDuals(event).reset(time_at_end(leg), x, size_t(d.nx) + event.sets.size());
+    after.resize(size_t(d.nx));
     if (phases_[to].model == phases_[phase_].model) {
       for (size_t k = 0; k < after.size(); ++k) {
         if (after[k] == x[k]) continue;

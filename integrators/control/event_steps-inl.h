@@ -54,6 +54,7 @@ inline void check_phases(const std::vector<RunPhase>& phases, const phs::State& 
                std::to_string(phases.size()));
       if (!event.guard && !(event.at > 0)) refuse("has no guard, expected a time at > 0");
       const phs::Model& to = event.then < 0 ? *phase.model : *phases[size_t(event.then)].model;
+      if (!event.reset && !event.sets.empty()) refuse("sets parameters, expected a reset");
       if (!event.reset && to.description().nx != phase.model->description().nx)
         refuse("has no reset, expected one: the phases have " +
                std::to_string(phase.model->description().nx) + " and " +

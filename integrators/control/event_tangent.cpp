@@ -60,7 +60,7 @@ class AlongEvents {
     const RunEvent& event = phases_[leg.phase].events[size_t(leg.event)];
     const auto x = whole_numbers(steps.model().description(), leg.end);
     const double t = run.time_at_end(leg);
-    const size_t n = x.size(), columns = n + 1 + event.numbers.size(),
+    const size_t n = x.size(), columns = n + 1 + event.numbers.size() + event.parameters.size(),
                  to = event.then < 0 ? leg.phase : size_t(event.then),
                  after = size_t(phases_[to].model->description().nx);
     if (const Outcome o = steps.by_times(1, 0, by_time_); o != Outcome::ok)
@@ -68,6 +68,7 @@ class AlongEvents {
     std::vector<double> along(change_.x);  // (x, t, numbers)
     along.push_back(0);
     for (const auto& number : event.numbers) along.push_back(of(event.name + "." + number.name));
+    along.resize(columns, 0.0);
     EventInDuals in_duals(event);
     moved_ = of(event.name + ".at");
     if (event.guard) {
@@ -110,6 +111,9 @@ void check_numbers(const std::vector<RunPhase>& phases,
   std::set<std::string> known;
   for (const RunPhase& phase : phases)
     for (const RunEvent& event : phase.events) {
+      if (!event.sets.empty())
+        throw InvalidArgument("the event '" + event.name + "' sets '" + event.sets.front() +
+                              "', by which a tangent has no derivatives, expected a gradient");
       for (const auto& number : event.numbers) known.insert(event.name + "." + number.name);
       if (!event.guard) known.insert(event.name + ".at");
     }

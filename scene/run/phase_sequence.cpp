@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "phs/network/network.h"
-#include "scene/assemble/parts.h"
 #include "scene/run/loop_events.h"
+#include "scene/run/phase_parts.h"
 #include "scene/run/stop_values.h"
 
 namespace porthos::scene {
@@ -65,69 +64,6 @@ bool on_ground(const mechanics::MovingMechanism& moving) {
          });
 }
 
-/// Whether a coordinate or freedom has the name of a locked joint, or begins with it.
-bool is_of_locked(const mechanics::MovingMechanism& moving, const std::string& name) {
-  return std::any_of(moving.locked.begin(), moving.locked.end(), [&](const auto& lock) {
-    return name == lock.first || name.starts_with(lock.first + ".");
-  });
-}
-
-/// A torquer unloads those of its wheels that are not locked; without any it has nothing to do.
-void rest_torquers(std::vector<Element>& elements, const mechanics::MovingMechanism& moving) {
-  const bool wheels =
-      std::ranges::any_of(elements, [](const Element& e) { return e.wheel_gain.has_value(); });
-  std::erase_if(elements, [&](Element& e) {
-    if (!e.torquer || e.torquer->unload == 0) return false;
-    if (e.torquer->wheels.empty()) return !wheels;
-    std::erase_if(e.torquer->wheels, [&](const auto& w) { return is_of_locked(moving, w); });
-    return e.torquer->wheels.empty();
-  });
-}
-
-/// The scene of a phase. What acts at locked joints is inactive, and so is a torquer whose wheels
-/// are all locked, because there is no momentum to unload.
-Scene phase_of(const Scene& scene, const mechanics::MovingMechanism& moving,
-               const Latching& latching, double end) {
-  Scene s = scene;
-  s.events.clear();
-  s.duration = end;
-  const auto& mechanism = moving.model->mechanism();
-  std::erase_if(s.elements, [&](const Element& e) {
-    return !e.joint.empty() && is_of_locked(moving, e.joint) && !has_place(mechanism, e.joint);
-  });
-  rest_torquers(s.elements, moving);
-  latching.apply_to(s, mechanism);
-  s.constraints.spec = moving.constraints;
-  return s;
-}
-
-Assembly assembly_of_phase(const Scene& phase, const Assembly& whole,
-                           const mechanics::MovingMechanism& moving, const MotorStates& motors,
-                           const OrbitApart& orbit) {
-  Assembly a = whole;
-  a.is_phase = true;
-  a.mechanical = moving.model;
-  a.mechanism =
-      std::shared_ptr<const mechanics::Mechanism>(moving.model, &moving.model->mechanism());
-  AddedControllers added;
-  a.model = with_joint_parts(moving.model, phase, &added);
-  a.hindered = std::move(added.hindered);
-  a.initial = moving.state;
-  a.parts = moving.parts;
-  motors.put_back(*a.model, a.initial);
-  orbit.put_back(a, phase);
-  return a;
-}
-
-mechanics::Impact apply_one(const Scene& scene, const Event& e, mechanics::MovingMechanism& moving,
-                            Latching& latching, const OrbitApart& orbit) {
-  const auto impact = e.on_latch()                   ? latching.change(scene, moving, e)
-                      : e.type == Event::Type::close ? close(scene, moving, e)
-                                                     : apply(moving, e);
-  orbit.settle(moving);
-  return impact;
-}
-
 mechanics::MovingMechanism moving_at_start(const Assembly& a, MotorStates& motors,
                                            OrbitApart& orbit) {
   mechanics::MovingMechanism m(a.parts);
@@ -138,8 +74,6 @@ mechanics::MovingMechanism moving_at_start(const Assembly& a, MotorStates& motor
   motors.take_off(a, m.state);
   return m;
 }
-
-void without_limits(Event& e) { e.latch.reach = e.latch.speed = e.latch.rate = HUGE_VAL; }
 
 }  // namespace
 
@@ -155,7 +89,7 @@ std::vector<std::shared_ptr<const phs::Model>> rehearse(const Scene& scene,
   std::vector<Event> events = scene.events;
   for (Event& e : events) {
     if (e.waits()) e.at = e.after;
-    without_limits(e);
+    e = without_limits(std::move(e));
   }
   std::stable_sort(events.begin(), events.end(),
                    [](const Event& a, const Event& b) { return a.at < b.at; });
@@ -201,8 +135,8 @@ bool PhaseSequence::can_happen(const Event& e) const {
 void PhaseSequence::happen(const Event& e) {
   Event now = e;
   if (e.waits()) {
+    now = without_limits(std::move(now));
     now.at = from_;
-    without_limits(now);
   }
   const bool was_on_ground = on_ground(moving_);
   std::erase(waiting_, &e);  // also one that is impossible

@@ -92,7 +92,8 @@ std::vector<std::string> numbers_of(const MotionName& of) {
   return names;
 }
 
-/// How far each number of the state is moved at first to see slopes: by a part of its size.
+}  // namespace
+
 std::vector<double> moves_of(const Mechanism& m, const std::vector<double>& x) {
   const auto nq = size_t(m.nq());
   double largest = 0;
@@ -103,8 +104,6 @@ std::vector<double> moves_of(const Mechanism& m, const std::vector<double>& x) {
       moves[k] = c.kind == phs::BlockKind::linear ? std::max(1.0, std::fabs(x[k])) / 4 : 0.25;
   return moves;
 }
-
-}  // namespace
 
 EndQuantities::EndQuantities(const Scene& scene, const Assembly& a) : scene_(scene), assembly_(a) {
   for (const Output& o : scene.outputs)

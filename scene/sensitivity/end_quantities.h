@@ -15,6 +15,10 @@ struct EndQuantity {
   double error = 0;                   ///< of by_state, relative; 0: exact to rounding
 };
 
+/// How far each number of the state x of a mechanism is moved at first to see slopes: by a part of
+/// its size.
+std::vector<double> moves_of(const mechanics::Mechanism& m, const std::vector<double>& x);
+
 /// What can be asked about the end of a run: the numbers of [[output]]s that are places and rates,
 /// and formulas of them, "tip.x"; "<joint>.position", ".velocity"; of joints that turn freely
 /// "<joint>.attitude.x", the rotation vector from the parent's axes, its turn up to π [rad],

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 
 #include "integrators/derivatives/run_gradient.h"
 #include "integrators/derivatives/run_instants.h"
@@ -12,6 +14,7 @@
 #include "scene/sensitivity/differentiable.h"
 #include "scene/sensitivity/end_differences.h"
 #include "scene/sensitivity/end_quantities.h"
+#include "scene/sensitivity/event_run.h"
 
 namespace porthos::scene {
 namespace {
@@ -100,18 +103,115 @@ class Ends {
             .running = {}};
   }
   const EndQuantity& found(size_t i) const { return found_[i]; }
+  /// The slopes of one by parameters of the last phase of a run with events, and by the places that
+  /// events made constants of it.
+  std::map<std::string, double> by_parameters(size_t i, const EventRun& run, double t,
+                                              std::span<const double> x) {
+    std::map<std::string, double> slopes;
+    for (size_t k = 0; k < parameters_.size(); ++k)
+      slopes[parameters_[k]] = found_[i].by_parameters[k];
+    for (const auto& [place, phases] : run.beside()) {
+      auto& all = by_places_[place];
+      for (size_t k = 0; k < phases.size() && all.size() < phases.size(); ++k)
+        all.push_back(
+            EndQuantities(phases[k].first, phases[k].second).at(t, state_of(x), names_, {}));
+      for (size_t k = 0; k < all.size(); ++k)
+        slopes[place] +=
+            phs::difference_points[k].weight / phs::difference_distance * all[k][i].value;
+    }
+    return slopes;
+  }
 
  private:
-  void find(double t, std::span<const double> x) {
+  phs::State state_of(std::span<const double> x) const {
     phs::State s(d_, {x.begin(), x.end()});
     phs::wrap_angles(d_, s);
-    found_ = quantities_.at(t, s, names_, parameters_);
+    return s;
+  }
+  void find(double t, std::span<const double> x) {
+    found_ = quantities_.at(t, state_of(x), names_, parameters_);
   }
   const EndQuantities& quantities_;
   const phs::Description& d_;
   const std::vector<std::string>&names_, &parameters_;
   std::vector<EndQuantity> found_;
+  std::map<std::string, std::vector<std::vector<EndQuantity>>> by_places_;
 };
+
+/// The slopes of one quantity.
+struct Slopes {
+  std::vector<double> start, parameters;  ///< parameters: of the first phase, then of the events
+  double growth;
+};
+
+/// What gradients are taken of.
+struct Asked {
+  const Scene& scene;
+  const Assembly& assembly;
+  const std::vector<std::string>& parameters;
+  const SensitivityRequest& request;
+  size_t count;  ///< of quantities
+};
+
+std::vector<Slopes> slopes_of_run(const Asked& ask, const RunSteps& run, Ends& ends,
+                                  EndSensitivity& r) {
+  std::vector<Objective> objectives;
+  for (size_t i = 0; i < ask.count; ++i) objectives.push_back(ends.of(i));
+  const auto gradients =
+      integrators::gradients_of_run(ask.scene.method, *ask.assembly.model, ask.assembly.initial,
+                                    run.steps.size, run.count(), objectives,
+                                    {.memory = ask.request.memory,
+                                     .last = run.last(),
+                                     .taken = run.taken.steps,
+                                     .stop = ask.request.stop,
+                                     .progress = ask.request.progress});
+  r.failure = gradients.front().remark;
+  std::vector<Slopes> all;
+  for (const auto& g : gradients) {
+    all.push_back({g.start, g.parameters, g.growth});
+    all.back().parameters.resize(ask.parameters.size());
+  }
+  for (auto& note :
+       notes_on_control(ask.scene, run, ask.assembly.model->description(), gradients.front().end))
+    r.notes.push_back(std::move(note));
+  return all;
+}
+
+double length_of(std::span<const double> v) {
+  double sum = 0;
+  for (const double a : v) sum = std::hypot(sum, a);
+  return sum;
+}
+
+std::vector<Slopes> slopes_across(const Asked& ask, const EventRun& run, Ends& ends,
+                                  EndSensitivity& r) {
+  std::vector<integrators::EventObjective> objectives;
+  for (size_t i = 0; i < ask.count; ++i)
+    objectives.push_back({.end = ends.of(i).end,
+                          .sampled = {},
+                          .end_by_time = {},
+                          .end_by_parameters = [&, i](double t, std::span<const double> x) {
+                            return ends.by_parameters(i, run, t, x);
+                          }});
+  const auto gradients = integrators::gradients_across_events(
+      ask.scene.method, run.phases(), ask.assembly.initial, ask.scene.step, ask.scene.duration,
+      objectives, {.memory = ask.request.memory, .stop = ask.request.stop});
+  r.failure = gradients.front().remark;
+  std::vector<Slopes> all;
+  for (size_t i = 0; i < gradients.size() && r.failure.empty(); ++i) {
+    const auto& g = gradients[i];
+    const double from = length_of(g.start), to = length_of(ends.found(i).by_state);
+    Slopes& own = all.emplace_back(Slopes{g.start, {}, from > 0 ? std::log10(from / to) : 0});
+    const auto add = [&](const std::string& name) {
+      const auto at = std::ranges::find(g.names, name);
+      own.parameters.push_back(at == g.names.end() ? 0
+                                                   : g.parameters[size_t(at - g.names.begin())]);
+    };
+    for (const auto& name : ask.parameters) add(name);
+    for (const auto& input : run.inputs()) add(input.name);
+  }
+  return all;
+}
 
 }  // namespace
 
@@ -120,53 +220,56 @@ EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& req
   if (!request.by.empty()) return end_differences(given, request);
   const Scene scene = scene_with_slopes(given, "sensitivity", by_differences);
   const Assembly a = assemble(scene);
-  const Steps steps = differentiable_steps(scene, a, by_differences);
-  const EndQuantities quantities(scene, a);
-  for (const auto& name : request.of) quantities.require(name);
-  const auto& names = request.of.empty() ? quantities.usual() : request.of;
-  const auto parameters = parameters_of(scene, *a.model);
-  const Inputs inputs(a, parameters);
+  std::optional<Steps> steps;
+  std::optional<EventRun> events;
+  if (scene.events.empty())
+    steps = differentiable_steps(scene, a, by_differences);
+  else
+    events.emplace(scene, a, by_differences, request.stop);
 
   EndSensitivity r;
   r.title = scene.title;
   r.method = scene.method;
-  r.inputs = inputs.list();
   r.uncertainty = request.uncertainty;
-  const RunSteps run = run_steps(scene, a, steps, request.stop);
-  r.step = steps.size;
+  if (events) r.failure = events->failure();
+  if (!r.failure.empty()) return r;
+  const Assembly& last = events ? events->last() : a;
+  const EndQuantities quantities(events ? events->last_scene() : scene, last);
+  for (const auto& name : request.of) quantities.require(name);
+  const auto& names = request.of.empty() ? quantities.usual() : request.of;
+  const auto parameters = parameters_of(scene, *a.model),
+             at_end = parameters_of(scene, *last.model);
+  const Inputs inputs(a, parameters);
+  r.inputs = inputs.list();
+  RunSteps run{steps.value_or(steps_of(scene))};
+  if (!events) run = run_steps(scene, a, *steps, request.stop);
+  r.step = run.steps.size;
   r.last = run.last();
   r.chosen = run.controlled ? run.count() : 0;
-  r.duration = steps.duration;
+  r.duration = run.steps.duration;
   r.failure = run.taken.remark;
   if (!r.failure.empty()) return r;
-
-  Ends ends(quantities, a.model->description(), names, parameters);
-  std::vector<Objective> objectives;
-  for (size_t i = 0; i < names.size(); ++i) objectives.push_back(ends.of(i));
-  const auto gradients = integrators::gradients_of_run(scene.method, *a.model, a.initial,
-                                                       run.steps.size, run.count(), objectives,
-                                                       {.memory = request.memory,
-                                                        .last = run.last(),
-                                                        .taken = run.taken.steps,
-                                                        .stop = request.stop,
-                                                        .progress = request.progress});
 
   if (parameters.empty()) r.notes.push_back(no_parameters_note(scene, *a.model));
   if (request.of.empty())
     for (const auto& note : quantities.left_out()) r.notes.push_back(note);
+  Ends ends(quantities, last.model->description(), names, at_end);
+  const Asked ask{scene, a, parameters, request, names.size()};
+  const auto slopes =
+      events ? slopes_across(ask, *events, ends, r) : slopes_of_run(ask, run, ends, r);
+  if (!r.failure.empty()) return r;
+  if (events) r.inputs.insert(r.inputs.end(), events->inputs().begin(), events->inputs().end());
   for (size_t i = 0; i < names.size(); ++i) {
-    const auto& g = gradients[i];
-    r.failure = g.remark;
-    if (g.outcome != integrators::Outcome::ok) return r;
-    const EndQuantity& at_end = ends.found(i);
-    auto theta = g.parameters;
-    theta.resize(parameters.size());
-    for (size_t k = 0; k < theta.size(); ++k) theta[k] += at_end.by_parameters[k];
-    r.of.push_back({at_end.name, at_end.unit, at_end.value, inputs.slopes(g.start, theta), g.growth,
-                    at_end.error});
+    const EndQuantity& found = ends.found(i);
+    const auto own = std::span(slopes[i].parameters).first(parameters.size()),
+               of_events = std::span(slopes[i].parameters).subspan(parameters.size());
+    std::vector<double> theta(own.begin(), own.end());
+    for (size_t k = 0; k < theta.size() && !events; ++k) theta[k] += found.by_parameters[k];
+    auto all = inputs.slopes(slopes[i].start, theta);
+    all.insert(all.end(), of_events.begin(), of_events.end());
+    r.of.push_back(
+        {found.name, found.unit, found.value, std::move(all), slopes[i].growth, found.error});
   }
-  for (auto& note : notes_on_control(scene, run, a.model->description(), gradients.front().end))
-    r.notes.push_back(std::move(note));
   return r;
 }
 
