@@ -243,8 +243,10 @@ std::vector<EndQuantity> EndQuantities::at(double t, const phs::State& s,
   }
   all.push_back(energy(s, parameters));
   std::vector<EndQuantity> wanted;
-  for (const auto& name : names)
+  for (const auto& name : names) {
+    require(name);
     wanted.push_back(*std::ranges::find(all, name, &EndQuantity::name));
+  }
   return wanted;
 }
 

@@ -41,7 +41,7 @@ class EndQuantities {
   /// @throws InvalidArgument for a name that is none, with the nearest known one
   void require(const std::string& name) const;
 
-  /// Their values and slopes at time t [s].
+  /// Their values and slopes at time t [s]. @throws InvalidArgument as require()
   /// @param parameters  names, as phs::Linearised::parameters() of the model
   std::vector<EndQuantity> at(double t, const phs::State& s, const std::vector<std::string>& names,
                               const std::vector<std::string>& parameters) const;

@@ -89,6 +89,13 @@ Left EventChain::apply(size_t i, Beside& b) const {
   return all;
 }
 
+void EventChain::apply_as_on_run(size_t i, Beside& b) const {
+  const Happening& h = list_[i];
+  if (h.event.type == Type::capture)
+    move_with(b.moving, h.event.latch.link, h.event.latch.body, h.pose);
+  (void)apply(i, b);
+}
+
 Left EventChain::with_state(size_t i, size_t k, double d) const {
   Beside b{list_[i].before, list_[i].latching};
   b.moving.state.x[k] += d;

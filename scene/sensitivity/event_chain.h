@@ -67,6 +67,8 @@ class EventChain {
   };
   /// Applies event i, and leaves what is after it.
   Left apply(size_t i, Beside& b) const;
+  /// The same with its frozen numbers as they are on the run, whatever the way.
+  void apply_as_on_run(size_t i, Beside& b) const;
   /// What event i leaves of a state with number k of it changed by d.
   Left with_state(size_t i, size_t k, double d) const;
   /// The way with a frozen number changed by d, after its own event.

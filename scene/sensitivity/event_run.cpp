@@ -188,7 +188,9 @@ void EventRun::see_beside(size_t number, size_t point) {
   for (size_t phase = chain_->list()[own.happening].phase; phase < made_.size(); ++phase) {
     for (; next < events_after(phase).second; ++next) {
       to_start_of(next);
-      const Left left = chain_->apply(next, b);
+      EventChain::Beside free = b;
+      const Left left = chain_->apply(next, free);
+      chain_->apply_as_on_run(next, b);  // what it freezes here is a number of its own
       for (size_t i = 0; i < left.size(); ++i)
         frozen_[next](Eigen::Index(i), Eigen::Index(number)) += by * left[i];
     }
