@@ -136,6 +136,13 @@ double EventRun::margin(const MovingMechanism& moving, const Event& e) const {
   return Latching::margin(scene_, moving, moving.state, HUGE_VAL, e);
 }
 
+/// Has the slopes of the margin where that is 0. A distance or speed r is the root of something
+/// smooth, r² = (limit - margin)², whose differences are good however near the limit is to 0.
+double EventRun::condition(const MovingMechanism& moving, const End& end) const {
+  const double m = margin(moving, end.event), r = end.value - m;
+  return end.event.within_reach ? -r * r / (2 * end.value) : m;
+}
+
 EventRun::End EventRun::end_of(size_t phase) const {
   const Made& made = made_[phase];
   const size_t first = events_after(phase).first;
@@ -163,7 +170,7 @@ EventRun::End EventRun::end_of(size_t phase) const {
     end.by_state.push_back(difference_of(
         [&](double d) {
           x = own + d;
-          return std::vector<double>{margin(moving, end.event)};
+          return std::vector<double>{condition(moving, end)};
         },
         4 * moves[k] * phs::difference_distance)[0]);
     x = own;
@@ -203,7 +210,7 @@ void EventRun::see_beside(size_t number, size_t point) {
       beside_[own.name].push_back(std::move(made));
     } else if (!ends_[after].timed) {
       to_start_of(next);
-      ends_[after].by_parameters[number] += by * margin(b.moving, ends_[after].event);
+      ends_[after].by_parameters[number] += by * condition(b.moving, ends_[after]);
     }
   }
 }

@@ -68,6 +68,7 @@ class EventRun {
   std::pair<size_t, size_t> events_after(size_t phase) const;
   End end_of(size_t phase) const;
   double margin(const mechanics::MovingMechanism& moving, const Event& e) const;
+  double condition(const mechanics::MovingMechanism& moving, const End& end) const;
   void see_beside(size_t number, size_t point);
   std::vector<double> by_inertias(const mechanics::MovingMechanism& moving,
                                   std::span<const double> lambda) const;

@@ -254,8 +254,6 @@ TEST_F(EndDifferences, RefuseWhatIsNotThere) {
   EXPECT_NE(refused({.by = {"target.speed"}}).find("the parameter 'target.speed' is no number"),
             std::string::npos)
       << refused({.by = {"target.speed"}});
-  EXPECT_NE(refused({}).find("a gradient takes no [[event]]; --by base.mass"), std::string::npos)
-      << refused({});
   const std::atomic<bool> stop = true;
   EXPECT_EQ(end_sensitivity(s, {.by = {"target.mass"}, .stop = &stop}).failure, "interrupted");
   // With a reach of 1e-9 m every neighbour misses the body: no slope, and why.

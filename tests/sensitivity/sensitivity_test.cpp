@@ -442,8 +442,6 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
   const auto with = [&](const std::string& more) { return read(s.text + more); };
   EXPECT_EQ(refused(with("[[stop]]\noutput = \"tip.z\"\nabove = 3\n")),
             takes("no [[stop]], which ends a run where its state says"));
-  EXPECT_EQ(refused(with("[[event]]\ntype = \"lock\"\njoint = \"elbow\"\nat = 1\n")),
-            takes("no [[event]]"));
   const std::string stop =
       "[[element]]\ntype = \"joint_stop\"\njoint = \"shoulder\"\nlower = "
       "-2\nupper = 2\nlaw = ";
@@ -466,7 +464,7 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
 /// What the examples have that has no slopes.
 TEST(Sensitivity, RefusesExamplesByWhatTheyHave) {
   for (const auto& [example, words] : {std::pair{"ets_vii_orbit", "no [orbit]"},
-                                       {"capture", "no [[event]]"},
+                                       {"two_arms", "not for 'spark16'"},
                                        {"newton_cradle", "no rigid contact"},
                                        {"dry_joints", "dry friction: they jump"},
                                        {"vsa_throw", "no [[actuator]]"},
