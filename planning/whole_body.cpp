@@ -4,6 +4,12 @@
 #include "planning/detail/whole_body_work.h"
 
 namespace porthos::planning {
+namespace {
+
+/// Of the work of motors, at an instant.
+constexpr int most_tangents = 10;
+
+}  // namespace
 
 double* WholeBody::Work::new_row(TaskLevel& level, double wanted) const {
   level.A.resize(level.A.size() + size_t(n), 0.0);
@@ -186,6 +192,57 @@ void WholeBody::update(std::span<const double> q, std::span<const double> v) {
   }
 }
 
+void WholeBody::budget(double work) {
+  if (!(work >= 0))
+    throw InvalidArgument("the budget of a whole-body controller is " + std::to_string(work) +
+                          " J, expected 0 or more");
+  work_->budget = work;
+}
+
+/// The forces, torques and work of a solution. @return whether there is one
+bool WholeBody::Work::torques(const HierarchySolution& s) {
+  out.possible = s.levels[0].met && s.levels[1].met;
+  explain(s);
+  out.v_dot.assign(s.x.begin(), s.x.begin() + nv);
+  out.forces.assign(s.x.begin() + nv, s.x.end());
+  for (auto& f : out.forces) f *= mass;
+  out.tasks = std::span(s.levels).subspan(3);
+  out.tau.clear();
+  out.work = 0;
+  if (!out.possible) return false;
+  out.tau.assign(size_t(nv), 0.0);
+  const Eigen::Map<const Eigen::VectorXd> f(out.forces.data(), n - nv);
+  for (long i = 0; i < nv; ++i) {
+    if (!motor[size_t(i)]) continue;
+    double t = b[size_t(i)] - Jc.col(i).dot(f);
+    for (long j = 0; j < nv; ++j) t += M[size_t(i + nv * j)] * out.v_dot[size_t(j)];
+    out.tau[size_t(i)] = t;
+    out.work += o.period * t * way(i);
+  }
+  return true;
+}
+
+/// The work is convex in what keeps the equations, since τᵀv' has v'ᵀM v' there. So the tangent at
+/// a solution that takes too much excludes it, and nothing that keeps the budget.
+void WholeBody::Work::limit_work(TaskLevel& level) {
+  const double T = o.period;
+  Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(n), own = row;
+  double c = budget;
+  for (long i = 0; i < nv; ++i) {
+    if (!motor[size_t(i)]) continue;
+    dynamics_row(i, own.data());
+    row += T * way(i) * own;
+    const double curved = 0.5 * T * T * out.tau[size_t(i)];
+    row[i] += curved;
+    c += curved * out.v_dot[size_t(i)] - T * way(i) * b[size_t(i)];
+  }
+  const double size = row.norm();
+  row /= -size;
+  level.C.insert(level.C.end(), row.data(), row.data() + n);
+  level.c.push_back(-c / size);
+  kinematic.push_back("work");
+}
+
 const WholeBodySolution& WholeBody::solve(std::span<const TaskLevel> tasks) {
   Work& w = *work_;
   w.levels.resize(3 + tasks.size());
@@ -196,22 +253,13 @@ const WholeBodySolution& WholeBody::solve(std::span<const TaskLevel> tasks) {
   w.physical_limits(w.levels[1]);
   w.kinematic_limits(w.levels[2]);
   std::copy(tasks.begin(), tasks.end(), w.levels.begin() + 3);
-  const auto& s = w.hierarchy.solve(w.levels);
-  w.out.possible = s.levels[0].met && s.levels[1].met;
-  w.explain(s);
-  w.out.v_dot.assign(s.x.begin(), s.x.begin() + w.nv);
-  w.out.forces.assign(s.x.begin() + w.nv, s.x.end());
-  for (auto& f : w.out.forces) f *= w.mass;
-  w.out.tasks = std::span(s.levels).subspan(3);
-  w.out.tau.clear();
-  if (!w.out.possible) return w.out;
-  w.out.tau.assign(size_t(w.nv), 0.0);
-  const Eigen::Map<const Eigen::VectorXd> f(w.out.forces.data(), w.n - w.nv);
-  for (long i = 0; i < w.nv; ++i) {
-    if (!w.motor[size_t(i)]) continue;
-    double t = w.b[size_t(i)] - w.Jc.col(i).dot(f);
-    for (long j = 0; j < w.nv; ++j) t += w.M[size_t(i + w.nv * j)] * w.out.v_dot[size_t(j)];
-    w.out.tau[size_t(i)] = t;
+  double excess = 0;
+  w.out.limited = false;
+  for (int tangents = 0; w.torques(w.hierarchy.solve(w.levels)); ++tangents) {
+    if (tangents == 0) excess = w.out.work - w.budget;
+    if (w.out.work - w.budget <= 1e-9 * excess || tangents == most_tangents) break;
+    w.out.limited = true;
+    w.limit_work(w.levels[2]);
   }
   return w.out;
 }

@@ -62,10 +62,12 @@ struct PointMotion {
 struct WholeBodySolution {
   bool possible = false;  ///< false: nothing keeps the equations, cones and torque limits together
   std::string why;        ///< if not possible: what fails, and by how much
-  std::vector<double> v_dot;            ///< nv
-  std::vector<double> forces;           ///< 3 for each contact, on the body, world axes [N]
-  std::vector<double> tau;              ///< nv; zero where there is no motor. Empty if not possible
-  std::vector<std::string> exceeded;    ///< limits of rate and position that cannot be kept
+  std::vector<double> v_dot;          ///< nv
+  std::vector<double> forces;         ///< 3 for each contact, on the body, world axes [N]
+  std::vector<double> tau;            ///< nv; zero where there is no motor. Empty if not possible
+  std::vector<std::string> exceeded;  ///< limits of rate, position, work that cannot be kept
+  double work = 0;       ///< T τᵀ(v + ½T v'): what the motors supply within a period [J]
+  bool limited = false;  ///< the tasks asked for more work than the budget
   std::span<const LevelOutcome> tasks;  ///< of each level given to solve()
 };
 
@@ -87,6 +89,11 @@ class WholeBody {
   /// The state at which tasks are made and solved. @param q  size nq;  v size nv
   /// @throws InvalidArgument for wrong sizes
   void update(std::span<const double> q, std::span<const double> v);
+
+  /// The most that the motors may supply within a period [J], see WholeBodySolution::work. It is
+  /// kept as limits of rate and position are: above all tasks. Infinity, as at first: no limit.
+  /// @throws InvalidArgument for a negative number
+  void budget(double work);
 
   /// What a contact does from now on. @param contact  in the order of the options
   void touch(size_t contact, Touch now);

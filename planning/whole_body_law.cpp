@@ -17,10 +17,14 @@ using mechanics::Vec3d;
 /// A contact is closed up to here [m].
 constexpr double closed = 1e-3;
 
-// The memory: these numbers, then four for each task, then the force on each support, then what the
-// gait remembers.
-enum Told { instants, gave_way, gave_way_first, unkept, unkept_first, told_size };
+// The memory: these counts, all but the first with the time of the first of them, then four numbers
+// for each task, then the force on each support, then what the gait remembers.
+enum Told { instants, gave_way, unkept = 3, unpaid = 5, told_size = 7 };
 enum OfTask { error_now, error_worst, error_when, missed, of_task };
+
+void count(size_t what, double t, std::span<double> memory) {
+  if (memory[what]++ == 0) memory[what + 1] = t;
+}
 
 /// The turn from one attitude to another, as axis times angle in world axes; |angle| ≤ π.
 Vec3d turn_between(const mechanics::Quaternion<double>& from,
@@ -207,7 +211,8 @@ void WholeBodyLaw::Work::give_way() {
 void WholeBodyLaw::Work::tell(const WholeBodySolution& s, size_t before, double t,
                               std::span<double> memory) const {
   memory[instants] += 1;
-  if (!s.exceeded.empty() && memory[unkept]++ == 0) memory[unkept_first] = t;
+  if (!s.exceeded.empty()) count(unkept, t, memory);
+  if (s.limited) count(unpaid, t, memory);
   auto own = memory.subspan(told_size);
   for (size_t k = 0; k < d.tasks.size(); ++k, own = own.subspan(of_task)) {
     own[error_now] = s.tasks[before + k].distance();
@@ -283,7 +288,7 @@ std::vector<phs::Shown> WholeBodyLaw::shown() const {
   return all;
 }
 
-void WholeBodyLaw::operator()(double t, std::span<const double> x, std::span<const double>,
+void WholeBodyLaw::operator()(double t, std::span<const double> x, std::span<const double> y,
                               std::span<double> memory, std::span<double> u) const {
   Work& w = *work_;
   const std::lock_guard lock(w.mutex);
@@ -292,6 +297,7 @@ void WholeBodyLaw::operator()(double t, std::span<const double> x, std::span<con
   const auto q = own.first(size_t(m.nq()));
   const auto v = w.model->rates(own);
   w.body->update(q, v);
+  if (w.d.reserve) w.body->budget(std::max(0.0, y[w.freedoms.size()] - *w.d.reserve));
   if (w.d.gait) w.step(t, memory.subspan(w.told()));
   w.touch(t);
   w.levels.clear();
@@ -300,7 +306,7 @@ void WholeBodyLaw::operator()(double t, std::span<const double> x, std::span<con
   const auto* s = &w.body->solve(w.levels);
   size_t before = 0;
   if (!s->possible) {
-    if (memory[gave_way]++ == 0) memory[gave_way_first] = t;
+    count(gave_way, t, memory);
     w.give_way();
     w.levels.insert(w.levels.begin(), w.body->still_contacts());
     before = 1;
@@ -314,14 +320,15 @@ void WholeBodyLaw::operator()(double t, std::span<const double> x, std::span<con
 std::vector<std::string> WholeBodyLaw::stories(std::span<const double> memory) const {
   const auto& d = work_->d;
   std::vector<std::string> all;
-  const auto tell_count = [&](Told count, Told first, const char* what) {
-    if (memory[count] > 0)
+  const auto tell_count = [&](size_t of, const char* what) {
+    if (memory[of] > 0)
       all.push_back(fmt::format("{}: {} at {:.0f} of {:.0f} instants, first at {:g} s", d.name,
-                                what, memory[count], memory[instants], memory[first]));
+                                what, memory[of], memory[instants], memory[of + 1]));
   };
-  tell_count(gave_way, gave_way_first,
+  tell_count(gave_way,
              "nothing kept contacts, cones and torque limits together, and contacts gave way");
-  tell_count(unkept, unkept_first, "limits of rate or position could not be kept");
+  tell_count(unkept, "limits of rate, position or work could not be kept");
+  tell_count(unpaid, "the tank held less than the tasks would have taken");
   if (d.gait) {
     const auto gait = memory.subspan(work_->told());
     if (Gait::steps(gait) > 0)

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,9 @@ struct WholeBodyDesign {
   double period = 1e-3;     ///< of the sampling [s]
   double holding = 0;       ///< see WholeBodyOptions [rad/s]
   double lifted_every = 0;  ///< the period of `lifted` [s]; 0: none
+  /// A tank pays for its torques, in full from this level on [J]: what is above it is the budget of
+  /// an instant. The level is read from y, see phs::SampledLaw.
+  std::optional<double> reserve = {};
   /// Its feet are the supports; the centre of mass then moves horizontally as it wants.
   std::shared_ptr<const Gait> gait = {};
 };

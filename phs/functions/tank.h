@@ -7,10 +7,15 @@ namespace porthos::phs {
 /// Of the range, at either bound, where the valves move.
 inline constexpr double tank_margin = 0.1;
 
+/// The level from which on the store pays a law in full [J].
+inline double tank_reserve(double least, double most) {
+  return least + tank_margin * (most - least);
+}
+
 /// The share of a law that the store pays: 1, and 0 where it is empty.
 template <class T>
 T tank_share(const T& E, double least, double most) {
-  return smooth_step(E, least, least + tank_margin * (most - least));
+  return smooth_step(E, least, tank_reserve(least, most));
 }
 
 /// What leaves a store that is full, of what flows in [W].

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "mechanics/crba.h"
 #include "mechanics/kinematics.h"
@@ -31,8 +32,9 @@ struct WholeBody::Work {
   std::vector<mechanics::Motion<double>> V, a;  ///< copies: other kernels overwrite the workspace
   mechanics::Force<double> net{{0, 0, 0}, {0, 0, 0}};  ///< at v' = 0, about the world's origin
   std::vector<TaskLevel> levels;
-  std::vector<std::string> physical, kinematic;  ///< what each row of the limits says
-  std::vector<Touch> touch;                      ///< of each contact
+  std::vector<std::string> physical, kinematic;             ///< what each row of the limits says
+  std::vector<Touch> touch;                                 ///< of each contact
+  double budget = std::numeric_limits<double>::infinity();  ///< of work [J]
   TaskHierarchy hierarchy;
   WholeBodySolution out;
 
@@ -101,6 +103,9 @@ struct WholeBody::Work {
     for (long k = 0; k < n - nv; ++k) row[nv + k] = -mass * Jc(k, i);
   }
 
+  /// By how much freedom i moves within a period, over the period: v + ½T v'.
+  double way(long i) const { return v[size_t(i)] + 0.5 * o.period * out.v_dot[size_t(i)]; }
+
   void equations(TaskLevel& level) const;
   void keep_contacts(TaskLevel& level, Touch of) const;
   double* new_row(TaskLevel& level, double wanted) const;
@@ -109,6 +114,8 @@ struct WholeBody::Work {
   TaskLevel rows(const std::string& name, const Matrix6& J, const Eigen::Matrix<double, 6, 1>& dr,
                  std::span<const double> wanted) const;
   void explain(const HierarchySolution& s);
+  bool torques(const HierarchySolution& s);
+  void limit_work(TaskLevel& level);
 };
 
 }  // namespace porthos::planning

@@ -48,9 +48,11 @@ class SampledControls {
     const auto& m = plan.members[size_t(c.member)];
     x_.resize(size_t(m.nx));
     for (size_t k = 0; k < x_.size(); ++k) x_[k] = to_double(unwrapped(size_t(m.x) + k));
-    y_.resize(c.rows.size());
-    for (size_t k = 0; k < y_.size(); ++k) y_[k] = to_double(y[size_t(c.rows[k])]);
-    (*c.law)(to_double(t), x_, y_, memory.subspan(y_.size()), memory.first(y_.size()));
+    y_.clear();
+    for (const int row : c.rows) y_.push_back(to_double(y[size_t(row)]));
+    const size_t held = y_.size();
+    if (c.tank >= 0) y_.push_back(to_double(unwrapped(size_t(plan.tanks[size_t(c.tank)].x))));
+    (*c.law)(to_double(t), x_, y_, memory.subspan(held), memory.first(held));
   }
 
  private:

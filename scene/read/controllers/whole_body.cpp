@@ -7,6 +7,7 @@
 #include "mechanics/kinematics.h"
 #include "mechanics/momentum.h"
 #include "mechanics/urdf.h"
+#include "phs/functions/tank.h"
 #include "planning/whole_body_law.h"
 #include "scene/read/controllers/controller_type.h"
 #include "scene/read/controllers/gait.h"
@@ -128,6 +129,7 @@ ControllerDesign design_whole_body(const Controller& c, const ControllerPlant& p
   d.name = fmt::format("controller '{}'", c.name);
   d.period = 1 / c.rate;
   d.lifted_every = w.lifted_every;
+  if (c.tank) d.reserve = phs::tank_reserve(c.tank->bounds.least, c.tank->bounds.most);
   d.holding = w.holding.value_or(0.1 * c.rate);
   for (const std::string& name : w.contacts) {
     auto s = support_of(plant.scene, m, start, c.where, name);
