@@ -248,23 +248,27 @@ const HierarchySolution& TaskHierarchy::solve(std::span<const TaskLevel> levels)
   for (size_t k = 0; k < levels.size(); ++k) w.solve_level(levels[k], w.out.levels[k]);
   w.out.x.assign(w.x.data(), w.x.data() + n);
   for (size_t k = 0; k < levels.size(); ++k) {
-    const auto& level = levels[k];
-    auto& o = w.out.levels[k];
-    o.name = level.name;
-    o.met = o.solved;
-    const auto rows = [&](const std::vector<double>& A, const std::vector<double>& b,
-                          std::vector<double>& to, auto value) {
-      to.resize(b.size());
-      for (size_t i = 0; i < b.size(); ++i) {
-        const VectorMap row(A.data() + i * size_t(n), n);
-        to[i] = value(row.dot(w.x), b[i]);
-        o.met = o.met && std::fabs(to[i]) <= 1e-9 * (row.norm() * w.x.norm() + std::fabs(b[i]));
-      }
-    };
-    rows(level.A, level.b, o.error, [](double ax, double b) { return ax - b; });
-    rows(level.C, level.c, o.short_of, [](double cx, double c) { return std::max(0.0, c - cx); });
+    w.out.levels[k].name = levels[k].name;
+    judge(levels[k], w.out.x, w.out.levels[k]);
   }
   return w.out;
+}
+
+void judge(const TaskLevel& level, std::span<const double> at, LevelOutcome& o) {
+  const VectorMap x(at.data(), long(at.size()));
+  const double size = x.norm();
+  o.met = o.solved;
+  const auto rows = [&](const std::vector<double>& A, const std::vector<double>& b,
+                        std::vector<double>& to, auto value) {
+    to.resize(b.size());
+    for (size_t i = 0; i < b.size(); ++i) {
+      const VectorMap row(A.data() + i * at.size(), x.size());
+      to[i] = value(row.dot(x), b[i]);
+      o.met = o.met && std::fabs(to[i]) <= 1e-9 * (row.norm() * size + std::fabs(b[i]));
+    }
+  };
+  rows(level.A, level.b, o.error, [](double ax, double b) { return ax - b; });
+  rows(level.C, level.c, o.short_of, [](double cx, double c) { return std::max(0.0, c - cx); });
 }
 
 }  // namespace porthos::planning

@@ -27,6 +27,10 @@ struct LevelOutcome {
   double distance() const;  ///< |A x - b|
 };
 
+/// Sets error, short_of and met of a level that was solved or not, at x. @param x  one number for
+///   each column of its rows
+void judge(const TaskLevel& level, std::span<const double> x, LevelOutcome& outcome);
+
 /// The solution of a hierarchy.
 struct HierarchySolution {
   std::vector<double> x;

@@ -199,18 +199,14 @@ void WholeBody::budget(double work) {
   work_->budget = work;
 }
 
-/// The forces, torques and work of a solution. @return whether there is one
-bool WholeBody::Work::torques(const HierarchySolution& s) {
-  out.possible = s.levels[0].met && s.levels[1].met;
-  explain(s);
-  out.v_dot.assign(s.x.begin(), s.x.begin() + nv);
-  out.forces.assign(s.x.begin() + nv, s.x.end());
+/// Accelerations, forces, torques and work at x.
+void WholeBody::Work::set(std::span<const double> at) {
+  x.assign(at.begin(), at.end());
+  out.v_dot.assign(x.begin(), x.begin() + nv);
+  out.forces.assign(x.begin() + nv, x.end());
   for (auto& f : out.forces) f *= mass;
-  out.tasks = std::span(s.levels).subspan(3);
-  out.tau.clear();
-  out.work = 0;
-  if (!out.possible) return false;
   out.tau.assign(size_t(nv), 0.0);
+  out.work = 0;
   const Eigen::Map<const Eigen::VectorXd> f(out.forces.data(), n - nv);
   for (long i = 0; i < nv; ++i) {
     if (!motor[size_t(i)]) continue;
@@ -219,7 +215,50 @@ bool WholeBody::Work::torques(const HierarchySolution& s) {
     out.tau[size_t(i)] = t;
     out.work += o.period * t * way(i);
   }
-  return true;
+}
+
+/// Takes a solution. @return whether it is possible
+bool WholeBody::Work::accept(const HierarchySolution& s) {
+  out.possible = s.levels[0].met && s.levels[1].met;
+  explain(s);
+  set(s.x);
+  outcomes.assign(s.levels.begin() + 3, s.levels.end());
+  if (!out.possible) out.tau.clear();
+  return out.possible;
+}
+
+/// Goes back from x towards another solution as far as the budget lets it. Between two solutions
+/// everything that is kept is kept, and the work is a convex quadratic of the way.
+void WholeBody::Work::mix(std::span<const double> other, const WholeBodySolution& of_other) {
+  double bend = 0;
+  for (size_t i = 0; i < out.tau.size(); ++i)
+    bend += 0.5 * o.period * o.period * (of_other.tau[i] - out.tau[i]) *
+            (of_other.v_dot[i] - out.v_dot[i]);
+  const double slope = of_other.work - out.work - bend, left = budget - out.work;
+  const double root = std::sqrt(std::max(0.0, slope * slope + 4 * bend * left));
+  const double share = slope > 0 ? 2 * left / (slope + root) : (root - slope) / (2 * bend);
+  auto between = x;
+  for (size_t k = 0; k < x.size(); ++k) between[k] += share * (other[k] - x[k]);
+  set(between);
+}
+
+/// From a solution that takes too much work to one that does not.
+void WholeBody::Work::keep_budget(std::span<const TaskLevel> tasks,
+                                  std::span<const TaskLevel> calm) {
+  const double excess = out.work - budget;
+  out.limited = true;
+  for (size_t k = calm.size(); k-- > 0;) {
+    if (calm[k].b == tasks[k].b) continue;
+    levels[3 + k] = calm[k];
+    const auto before = x;
+    const WholeBodySolution solution = out;
+    if (!accept(hierarchy.solve(levels))) return;
+    if (out.work <= budget) return mix(before, solution);
+  }
+  for (int tangents = 0; tangents < most_tangents; ++tangents) {
+    limit_work(levels[2]);
+    if (!accept(hierarchy.solve(levels)) || out.work - budget <= 1e-9 * excess) return;
+  }
 }
 
 /// The work is convex in what keeps the equations, since τᵀv' has v'ᵀM v' there. So the tangent at
@@ -243,8 +282,10 @@ void WholeBody::Work::limit_work(TaskLevel& level) {
   kinematic.push_back("work");
 }
 
-const WholeBodySolution& WholeBody::solve(std::span<const TaskLevel> tasks) {
+const WholeBodySolution& WholeBody::solve(std::span<const TaskLevel> tasks,
+                                          std::span<const TaskLevel> calm) {
   Work& w = *work_;
+  if (!calm.empty()) require_size("calm tasks", calm.size(), tasks.size());
   w.levels.resize(3 + tasks.size());
   w.levels[0].name = "equations";
   w.levels[1].name = "cones and torques";
@@ -253,14 +294,12 @@ const WholeBodySolution& WholeBody::solve(std::span<const TaskLevel> tasks) {
   w.physical_limits(w.levels[1]);
   w.kinematic_limits(w.levels[2]);
   std::copy(tasks.begin(), tasks.end(), w.levels.begin() + 3);
-  double excess = 0;
   w.out.limited = false;
-  for (int tangents = 0; w.torques(w.hierarchy.solve(w.levels)); ++tangents) {
-    if (tangents == 0) excess = w.out.work - w.budget;
-    if (w.out.work - w.budget <= 1e-9 * excess || tangents == most_tangents) break;
-    w.out.limited = true;
-    w.limit_work(w.levels[2]);
+  if (w.accept(w.hierarchy.solve(w.levels)) && w.out.work > w.budget) {
+    w.keep_budget(tasks, calm);
+    for (size_t k = 0; k < tasks.size(); ++k) judge(tasks[k], w.x, w.outcomes[k]);
   }
+  w.out.tasks = w.outcomes;
   return w.out;
 }
 

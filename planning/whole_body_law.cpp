@@ -4,9 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 
-#include "mechanics/kinematics.h"
+#include "planning/detail/whole_body_law_work.h"
 #include "planning/detail/whole_body_parts.h"
 
 namespace porthos::planning {
@@ -17,151 +16,11 @@ using mechanics::Vec3d;
 /// A contact is closed up to here [m].
 constexpr double closed = 1e-3;
 
-// The memory: these counts, all but the first with the time of the first of them, then four numbers
-// for each task, then the force on each support, then what the gait remembers.
-enum Told { instants, gave_way, unkept = 3, unpaid = 5, told_size = 7 };
-enum OfTask { error_now, error_worst, error_when, missed, of_task };
-
 void count(size_t what, double t, std::span<double> memory) {
   if (memory[what]++ == 0) memory[what + 1] = t;
 }
 
-/// The turn from one attitude to another, as axis times angle in world axes; |angle| ≤ π.
-Vec3d turn_between(const mechanics::Quaternion<double>& from,
-                   const mechanics::Quaternion<double>& to) {
-  auto e = to * from.conj();
-  if (e.w < 0) e = {-e.w, -e.v};
-  const double s = mechanics::norm(e.v);
-  return s > 0 ? (2 * std::atan2(s, e.w) / s) * e.v : Vec3d{0, 0, 0};
-}
-
-double at_time(const phs::FunctionPtr& f, double t) { return f ? (*f)(t) : 0.0; }
-
-/// Towards an attitude: ω² turn - 2 ζ ω turning.
-Vec3d turn_back(const PointMotion& p, const mechanics::Quaternion<double>& wanted, double bandwidth,
-                double loss) {
-  const auto xi = mechanics::quaternion_of(p.R);
-  return bandwidth * bandwidth *
-             turn_between(mechanics::Quaternion<double>::load(xi.data()), wanted) -
-         loss * p.turning;
-}
-
-/// x_d, x_d' and x_d'' of one axis at t; the last by a dual number.
-std::array<double, 3> wanted_at(const phs::Motion& m, double t) {
-  return {at_time(m.position, t), at_time(m.rate, t), m.rate ? (*m.rate)(phs::Dual{t, 1}).d : 0.0};
-}
-
 }  // namespace
-
-struct WholeBodyLaw::Work {
-  std::shared_ptr<const mechanics::MechanicalModel> model;
-  WholeBodyDesign d;
-  std::vector<std::string> motors;
-  std::vector<int> freedoms;  ///< of the motors, in v
-  std::mutex mutex;           ///< of what follows
-  std::unique_ptr<WholeBody> body;
-  size_t contacts = 0;
-  std::vector<double> v_dot;
-  std::vector<TaskLevel> levels;
-  // With a gait, at an instant:
-  Gait::Seen seen;
-  Gait::Plan plan;
-
-  TaskLevel task(const SteeredTask& s, double t, std::span<const double> q,
-                 std::span<const double> v);
-  TaskLevel points(const SteeredTask& s, double t);
-  TaskLevel swing(const SteeredTask& s);
-  bool near(const ContactPoint& p, const Vec3d& at) const;
-  void step(double t, std::span<double> memory);
-  void touch(double t);
-  void give_way();
-  /// Where what the gait remembers begins in the memory.
-  size_t told() const { return told_size + of_task * d.tasks.size() + 3 * d.supports.size(); }
-  void tell(const WholeBodySolution& s, size_t before, double t, std::span<double> memory) const;
-};
-
-TaskLevel WholeBodyLaw::Work::points(const SteeredTask& s, double t) {
-  const double w = s.bandwidth, loss = 2 * s.damping_ratio * w;
-  const bool of_all = s.kind == SteeredTask::Kind::centre_of_mass;
-  Vec3d at, moving;
-  if (of_all) {
-    const auto c = body->centre();
-    at = c.at;
-    moving = c.moving;
-  } else {
-    const auto p = body->point(s.link, s.at);
-    at = p.at;
-    moving = p.moving;
-  }
-  std::array<double, 6> a{NAN, NAN, NAN, NAN, NAN, NAN};
-  for (int k = 0; k < 3; ++k) {
-    if (!s.axes[size_t(k)]) continue;
-    if (of_all && d.gait && k < 2) {
-      a[size_t(3 + k)] = d.gait->acceleration(plan, at, w)[k];
-      continue;
-    }
-    const auto [x, rate, acceleration] = wanted_at(s.target[size_t(k)], t);
-    a[size_t(3 + k)] = acceleration + w * w * (x - at[k]) + loss * (rate - moving[k]);
-  }
-  if (of_all) return body->centre_of_mass(std::span(a).last(3));
-  return body->frame(s.link, s.at, a);
-}
-
-TaskLevel WholeBodyLaw::Work::task(const SteeredTask& s, double t, std::span<const double> q,
-                                   std::span<const double> v) {
-  const double w = s.bandwidth, loss = 2 * s.damping_ratio * w;
-  std::array<double, 6> a{NAN, NAN, NAN, NAN, NAN, NAN};
-  switch (s.kind) {
-    case SteeredTask::Kind::centre_of_mass:
-    case SteeredTask::Kind::position:
-      return points(s, t);
-    case SteeredTask::Kind::attitude: {
-      const Vec3d turn = turn_back(body->point(s.link, s.at), s.attitude, w, loss);
-      for (int k = 0; k < 3; ++k)
-        if (s.axes[size_t(k)]) a[size_t(k)] = turn[k];
-      return body->frame(s.link, s.at, a);
-    }
-    case SteeredTask::Kind::swing:
-      return swing(s);
-    case SteeredTask::Kind::angular_momentum: {
-      const Vec3d k_G = body->centre().spin;
-      for (int k = 0; k < 3; ++k)
-        if (s.axes[size_t(k)]) a[size_t(k)] = -w * k_G[k];
-      return body->momentum(a);
-    }
-    default:
-      std::fill(v_dot.begin(), v_dot.end(), NAN);
-      for (const auto& j : s.joints)
-        v_dot[size_t(j.v)] = w * w * (j.target - q[size_t(j.q)]) - loss * v[size_t(j.v)];
-      return body->joints(v_dot);
-  }
-}
-
-/// Feet that swing follow their curves; soles keep their attitude.
-TaskLevel WholeBodyLaw::Work::swing(const SteeredTask& s) {
-  const double w = s.bandwidth, loss = 2 * s.damping_ratio * w;
-  TaskLevel level;
-  for (size_t i = 0; i < plan.feet.size(); ++i) {
-    const Gait::Swing& foot = plan.feet[i];
-    if (!foot.moves) continue;
-    const Support& support = d.supports[i];
-    const ContactPoint& first = support.points[0];
-    Vec3d middle{0, 0, 0};
-    for (const ContactPoint& p : support.points)
-      middle += (1 / double(support.points.size())) * p.position;
-    const auto now = body->point(first.body, middle);
-    const Vec3d moving =
-        foot.acceleration + w * w * (foot.at - seen.feet[i]) + loss * (foot.rate - now.moving);
-    std::array<double, 6> a{NAN, NAN, NAN, moving.x, moving.y, moving.z};
-    if (support.points.size() >= 3) {
-      const Vec3d turn = turn_back(now, support.attitude, w, loss);
-      for (int k = 0; k < 3; ++k) a[size_t(k)] = turn[k];
-    }
-    append(level, body->frame(first.body, middle, a));
-  }
-  level.name = s.name;
-  return level;
-}
 
 bool WholeBodyLaw::Work::near(const ContactPoint& p, const Vec3d& at) const {
   return mechanics::dot(p.normal, at - p.ground) <= closed;
@@ -271,10 +130,10 @@ std::vector<double> WholeBodyLaw::fresh() const {
 
 std::vector<phs::Shown> WholeBodyLaw::shown() const {
   std::vector<phs::Shown> all;
-  size_t at = told_size;
+  size_t at = Work::told_size;
   for (const auto& task : work_->d.tasks) {
-    all.push_back({"error " + task.name, at + error_now, 1});
-    at += of_task;
+    all.push_back({"error " + task.name, at + Work::error_now, 1});
+    at += Work::of_task;
   }
   for (const auto& s : work_->d.supports) {
     all.push_back({"force " + s.name, at, 3});
@@ -300,17 +159,21 @@ void WholeBodyLaw::operator()(double t, std::span<const double> x, std::span<con
   if (w.d.reserve) w.body->budget(std::max(0.0, y[w.freedoms.size()] - *w.d.reserve));
   if (w.d.gait) w.step(t, memory.subspan(w.told()));
   w.touch(t);
-  w.levels.clear();
-  for (const auto& task : w.d.tasks) w.levels.push_back(w.task(task, t, q, v));
-  w.levels.push_back(w.body->small_forces());  // of what is left: the load is shared evenly
-  const auto* s = &w.body->solve(w.levels);
+  w.levels = w.all_tasks(t, q, v);
+  if (w.d.reserve) {
+    w.calm = true;
+    w.calm_levels = w.all_tasks(t, q, v);
+    w.calm = false;
+  }
+  const auto* s = &w.body->solve(w.levels, w.calm_levels);
   size_t before = 0;
   if (!s->possible) {
-    count(gave_way, t, memory);
+    count(Work::gave_way, t, memory);
     w.give_way();
-    w.levels.insert(w.levels.begin(), w.body->still_contacts());
+    for (auto* all : {&w.levels, &w.calm_levels})
+      if (!all->empty()) all->insert(all->begin(), w.body->still_contacts());
     before = 1;
-    s = &w.body->solve(w.levels);
+    s = &w.body->solve(w.levels, w.calm_levels);
   }
   if (!s->possible) throw phs::LawFailure(fmt::format("{} at {} s: {}", w.d.name, t, s->why));
   for (size_t k = 0; k < w.freedoms.size(); ++k) u[k] = s->tau[size_t(w.freedoms[k])];
@@ -323,25 +186,26 @@ std::vector<std::string> WholeBodyLaw::stories(std::span<const double> memory) c
   const auto tell_count = [&](size_t of, const char* what) {
     if (memory[of] > 0)
       all.push_back(fmt::format("{}: {} at {:.0f} of {:.0f} instants, first at {:g} s", d.name,
-                                what, memory[of], memory[instants], memory[of + 1]));
+                                what, memory[of], memory[Work::instants], memory[of + 1]));
   };
-  tell_count(gave_way,
+  tell_count(Work::gave_way,
              "nothing kept contacts, cones and torque limits together, and contacts gave way");
-  tell_count(unkept, "limits of rate, position or work could not be kept");
-  tell_count(unpaid, "the tank held less than the tasks would have taken");
+  tell_count(Work::unkept, "limits of rate, position or work could not be kept");
+  tell_count(Work::unpaid, "the tank held less than the tasks would have taken");
   if (d.gait) {
     const auto gait = memory.subspan(work_->told());
     if (Gait::steps(gait) > 0)
       all.push_back(fmt::format("{}: {:.0f} steps, the first at {:g} s", d.name, Gait::steps(gait),
                                 Gait::first(gait)));
   }
-  auto own = memory.subspan(told_size);
+  auto own = memory.subspan(Work::told_size);
   for (const auto& task : d.tasks) {
-    if (own[missed] > 0)
+    if (own[Work::missed] > 0)
       all.push_back(fmt::format(
           "{}: task '{}' was not met at {:.0f} of {:.0f} instants, worst by {:.3g} at {:g} s",
-          d.name, task.name, own[missed], memory[instants], own[error_worst], own[error_when]));
-    own = own.subspan(of_task);
+          d.name, task.name, own[Work::missed], memory[Work::instants], own[Work::error_worst],
+          own[Work::error_when]));
+    own = own.subspan(Work::of_task);
   }
   return all;
 }

@@ -32,6 +32,8 @@ struct WholeBody::Work {
   std::vector<mechanics::Motion<double>> V, a;  ///< copies: other kernels overwrite the workspace
   mechanics::Force<double> net{{0, 0, 0}, {0, 0, 0}};  ///< at v' = 0, about the world's origin
   std::vector<TaskLevel> levels;
+  std::vector<double> x;                                    ///< the solution
+  std::vector<LevelOutcome> outcomes;                       ///< of the tasks at x
   std::vector<std::string> physical, kinematic;             ///< what each row of the limits says
   std::vector<Touch> touch;                                 ///< of each contact
   double budget = std::numeric_limits<double>::infinity();  ///< of work [J]
@@ -114,7 +116,10 @@ struct WholeBody::Work {
   TaskLevel rows(const std::string& name, const Matrix6& J, const Eigen::Matrix<double, 6, 1>& dr,
                  std::span<const double> wanted) const;
   void explain(const HierarchySolution& s);
-  bool torques(const HierarchySolution& s);
+  bool accept(const HierarchySolution& s);
+  void set(std::span<const double> x);
+  void keep_budget(std::span<const TaskLevel> tasks, std::span<const TaskLevel> calm);
+  void mix(std::span<const double> from, const WholeBodySolution& before);
   void limit_work(TaskLevel& level);
 };
 

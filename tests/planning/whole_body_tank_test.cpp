@@ -88,6 +88,16 @@ TEST(WholeBodyTank, TheFirstTaskIsServedFirst) {
   const auto& s = control.solve(tasks);
   EXPECT_TRUE(met && s.limited && s.tasks[0].met && !s.tasks[1].met);
   test::keeps("work without energy [J]", s.work, 1e-9);
+  // With calm tasks the last one gives way in part: it asks for something between 5 and -20.
+  const std::vector<TaskLevel> calm{control.joints(Vec{-20, NAN}), control.joints(Vec{NAN, -20})};
+  for (const double budget : {0.0, 0.002}) {
+    control.budget(budget);
+    const auto& part = control.solve(tasks, calm);
+    std::printf("  with %g J the second joint has %.3f rad/s2\n", budget, part.v_dot[1]);
+    EXPECT_TRUE(part.limited && part.tasks[0].met && !part.tasks[1].met);
+    EXPECT_TRUE(part.v_dot[1] > -20 && part.v_dot[1] < 5);
+    test::keeps("work against the budget [J]", std::fabs(part.work - budget), 1e-15);
+  }
 }
 
 namespace {
