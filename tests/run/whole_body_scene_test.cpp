@@ -103,6 +103,46 @@ TEST(WholeBodyScene, NothingIsBeyondItsLimitForAMinute) {
   EXPECT_GE(lower, 1);
 }
 
+/// A biped that squats and shall rise by 10 cm, 40 J, from a tank.
+scene::Scene rising(const TemporaryFolder& folder, const std::string& tank) {
+  return biped(folder, 2.4,
+               {{"rate = 500", "rate = 500\n" + tank},
+                {"bandwidth = 6",
+                 "bandwidth = 6\naxes = \"xy\"\n[[controller.task]]\nname = "
+                 "\"height\"\nquantity = \"centre_of_mass\"\naxes = \"z\"\nbandwidth = "
+                 "6\nmoves = [[0.3, 0.7, 0, 0, 0.6], [1.2, 0.7, 0, 0, 0.7]]"}},
+               "[[output]]\nquantity = \"energy\"\nname = \"level\"\nrow = "
+               "\"balance.tank\"\n");
+}
+
+/// What the tank does not hold it does not rise by, and it stands on. Control: a full tank.
+TEST(WholeBodyScene, ATankPaysForWhatItHolds) {
+  TemporaryFolder full_folder, poor_folder;
+  const auto full = report_of(rising(full_folder, "tank = { level = 60, most = 62 }"));
+  const auto s = rising(poor_folder, "tank = { level = 12, most = 13 }");
+  const auto poor = report_of(s);
+  EXPECT_TRUE(full.passed() && poor.passed());
+  const auto told = [](const scene::RunReport& r) {
+    return std::ranges::any_of(r.notes, [](const std::string& note) {
+      return says(note, "'balance': the tank held less than the tasks would have taken at ");
+    });
+  };
+  EXPECT_TRUE(told(poor));
+  EXPECT_FALSE(told(full));
+  const double spent = -entry_of(full.storages, "balance.tank");
+  const double left = range_of(poor, "level").first, leans = away(poor, s).second;
+  const auto end = [](const scene::RunReport& r) { return r.final_state.x[2]; };
+  fmt::print(
+      "  the rise takes {:.2f} J; with 12 J it ends {:.3f} m lower (bound 0.04), {:.3f} J are left "
+      "(1.3 +- 0.1: from there on the tank pays in part), leans by {:.3f} (0.1); energy {:.1e}\n",
+      spent, end(full) - end(poor), left, leans, value_of(poor, "energy"));
+  EXPECT_GE(spent, 30);
+  EXPECT_GE(end(full) - end(poor), 0.04);
+  EXPECT_NEAR(left, 1.3, 0.1);
+  EXPECT_LE(leans, 0.1);
+  EXPECT_LE(value_of(poor, "energy"), 1e-14);
+}
+
 TEST(WholeBodyScene, AResumedRunHasTheSameBits) {
   TemporaryFolder folder;
   expect_same_bits_when_resumed(folder, biped(folder, 0.8), {13, 290, 301});
