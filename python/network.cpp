@@ -285,6 +285,22 @@ do not match, and a port that is joined already. In all u = (K - D) y + v with K
           "Rayleigh damping u -= D y over the ports one after another. InvalidArgument if D + D^T "
           "is not >= 0.")
       .def(
+          "lugre",
+          [](Network& n, const std::string& name, const std::string& port, double coulomb,
+             double breakaway, double stribeck, double viscous, double stiffness, double damping,
+             int component) -> Network& {
+            return n.lugre(name, port, {coulomb, breakaway, stribeck, viscous, stiffness, damping},
+                           component);
+          },
+          arg("name"), arg("port"), py::kw_only(), arg("coulomb"), arg("breakaway") = 0.0,
+          arg("stribeck") = 0.0, arg("viscous") = 0.0, arg("bristle_stiffness"),
+          arg("bristle_damping") = 0.0, arg("component") = 0, chain,
+          R"(Dry friction by a bristle that bends before it slips (Canudas de Wit and others 1995), at an effort_in port of size 1 or
+one component of a larger one: z' = v - s0 |v| z / g(v), force = s0 z + s1 z' + viscous v, with s0 = bristle_stiffness [N/m or
+N m/rad], s1 = bristle_damping and g = coulomb + (breakaway - coulomb) exp(-(v/stribeck)^2). A member `name` keeps the bend z
+and stores s0 z^2 / 2; the loss is `name`.loss. Raises InvalidArgument where it would make energy: viscous less than
+bristle_damping (breakaway - coulomb) / coulomb.)")
+      .def(
           "source",
           [](Network& n, const std::string& name, const std::string& port,
              std::shared_ptr<Function> v, int component) -> Network& {

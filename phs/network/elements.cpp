@@ -214,6 +214,23 @@ FunctionPtr friction(const Friction& f) {
   });
 }
 
+void check(const LuGre& f) {
+  const char* const name = "LuGre friction";
+  require(f.coulomb > 0, name, "coulomb", f.coulomb, "more than 0");
+  require(f.breakaway == 0 || f.breakaway >= f.coulomb, name, "breakaway", f.breakaway,
+          "the Coulomb force or more");
+  const double extra = f.breakaway > f.coulomb ? f.breakaway - f.coulomb : 0;
+  require(extra == 0 || f.stribeck > 0, name, "stribeck", f.stribeck, "a rate above 0");
+  require(f.bristle_stiffness > 0, name, "bristle_stiffness", f.bristle_stiffness, "more than 0");
+  require(f.bristle_damping >= 0, name, "bristle_damping", f.bristle_damping, "0 or more");
+  const double least = f.bristle_damping * extra / f.coulomb;
+  require(f.viscous >= least, name, "viscous", f.viscous,
+          least > 0 ? ("bristle_damping (breakaway - coulomb) / coulomb = " +
+                       std::to_string(least) + " or more: with less it would make energy")
+                          .c_str()
+                    : "0 or more");
+}
+
 Potential spring(double k, double rest, double k3) {
   require(k >= 0, "spring", "stiffness", k, "0 or more");
   require(k3 >= 0, "spring", "cubic stiffness", k3, "0 or more");

@@ -34,6 +34,24 @@ struct Friction {
 /// @throws InvalidArgument naming the number that is out of range
 FunctionPtr friction(const Friction& f);
 
+/// Dry friction by a bristle that bends before it slips: it holds a load at rest like a spring, and
+/// breaks loose at less force the faster the load grows. The bend z is a state; see Network::lugre.
+///   z' = v - σ0 |v| z / g(v),   force = σ0 z + σ1 z' + σ2 v
+///   g(v) = coulomb + (breakaway - coulomb) exp(-(v/stribeck)²)
+/// It stores σ0 z²/2. With that energy it is passive for every motion if, and only if,
+/// σ2 >= σ1 (breakaway - coulomb) / coulomb.
+/// Source: Canudas de Wit, Olsson, Astrom, Lischinsky 1995; the condition: Barabanov, Ortega 2000.
+struct LuGre {
+  double coulomb = 0;            ///< [N | N m], > 0
+  double breakaway = 0;          ///< >= coulomb; 0: coulomb
+  double stribeck = 0;           ///< [m/s | rad/s], > 0 where breakaway > coulomb
+  double viscous = 0;            ///< σ2 [N s/m | N m s/rad], >= 0
+  double bristle_stiffness = 0;  ///< σ0 [N/m | N m/rad], > 0
+  double bristle_damping = 0;    ///< σ1 [N s/m | N m s/rad], >= 0
+};
+/// @throws InvalidArgument naming the number that is out of range, and what is not passive
+void check(const LuGre& f);
+
 // --- potentials of one coordinate ----------------------------------------------------------------
 
 /// U = ½ k (z - rest)² + ¼ k3 (z - rest)⁴. @throws InvalidArgument if k < 0 or k3 < 0, where U

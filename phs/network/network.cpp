@@ -117,6 +117,24 @@ Network& Network::resist(const std::string& name, const std::vector<std::string>
   return *this;
 }
 
+Network& Network::lugre(const std::string& name, const std::string& port, const LuGre& f,
+                        int component) {
+  check(f);
+  const FoundPort at = find_component(*plan_, port, component);
+  if (at.port.kind != PortKind::effort_in)
+    refuse(*plan_, "'" + name + "' rubs at port '" + port +
+                       "', which takes a flow, expected one "
+                       "that takes a force");
+  add(name, spring_element(spring(f.bristle_stiffness),
+                           at.port.input_unit == "N" ? translation : rotation));
+  const int own = plan_->members.back().u;
+  plan_->joint.back() = "friction '" + name + "'";
+  plan_->K.push_back({own, at.row, 1});
+  plan_->K.push_back({at.row, own, -1});
+  plan_->bristles.push_back({name, at.row, own, f});
+  return *this;
+}
+
 Network& Network::source(const std::string& name, const std::string& port, FunctionPtr v,
                          int component) {
   require_new_name(*plan_, name);

@@ -74,6 +74,12 @@ class Network {
   /// Rayleigh damping u -= D y, with the ports concatenated.
   /// @throws InvalidArgument if D + Dᵀ is not >= 0
   Network& resist(const std::string& name, const std::vector<std::string>& ports, const Matrix& D);
+  /// Friction with a bend: a member `name` with the state "<name>.elongation" and the storage
+  /// "<name>.energy" rubs at an effort_in port of size 1, or at one component of a larger one. The
+  /// ledger lists the loss "<name>.loss". The port stays free for a junction.
+  /// @throws InvalidArgument as check(f), and for a port that takes a flow
+  Network& lugre(const std::string& name, const std::string& port, const LuGre& f,
+                 int component = 0);
   /// u += v(t).
   Network& source(const std::string& name, const std::string& port, FunctionPtr v,
                   int component = 0);
@@ -180,6 +186,7 @@ class NetworkModel : public ModelFor<NetworkModel>, public WithInstants {
   /// The offset of a member's state. @throws InvalidArgument for an unknown name
   int offset(const std::string& member) const;
   const Model& member(const std::string& name) const;
+  bool has(const std::string& member) const;
   /// What the gates of sampled controllers did after the time `since` [s], and what laws with a
   /// memory tell, a sentence each.
   /// memory: of all holds, in the order of holds()

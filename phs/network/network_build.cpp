@@ -76,6 +76,7 @@ void leave_open(Plan& p, Description& d) {
 /// The ledger of what the network itself has, in the order of NetworkSystem::powers.
 void list_powers(const Plan& p, Description& d) {
   for (const auto& l : p.laws) d.powers.push_back({l.name, PowerKind::dissipated});
+  for (const auto& b : p.bristles) d.powers.push_back({b.name + ".loss", PowerKind::dissipated});
   for (const auto& r : p.rayleighs) d.powers.push_back({r.name, PowerKind::dissipated});
   for (const auto& m : p.members)
     if (std::any_of(p.F.begin(), p.F.end(),
@@ -106,7 +107,8 @@ void describe(Plan& p) {
   d.traits.canonical = same_structure && p.members[0].model->description().traits.canonical;
   d.traits.separable = same_structure && p.members[0].model->description().traits.separable;
   const bool controlled = !p.controls.empty() || !p.sampled.empty() || !p.filling.empty();
-  d.traits.lossless = p.laws.empty() && p.rayleighs.empty() && p.F.empty() && !controlled;
+  d.traits.lossless =
+      p.laws.empty() && p.bristles.empty() && p.rayleighs.empty() && p.F.empty() && !controlled;
   d.traits.autonomous = p.sources.empty() && !controlled;
   d.traits.quadratic = true;
   p.turn_of.assign(size_t(d.nx), -1);
@@ -181,6 +183,12 @@ std::shared_ptr<const NetworkModel> Network::build() const {
         refuse(*p, "the law of '" + l.name +
                        "' acts on a port with feedthrough, expected a damping "
                        "matrix there: the loop could not be solved in advance");
+  for (const auto& b : p->bristles)
+    for (const auto& f : p->F)
+      if (f.row == b.rate || f.col == b.rate)
+        refuse(*p, "'" + b.name +
+                       "' acts on a port with feedthrough, expected an element with a "
+                       "state between them");
   for (auto& c : p->controls) {
     for (const auto& f : p->F)
       if ((f.row >= c.row && f.row < c.row + c.size) ||

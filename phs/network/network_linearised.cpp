@@ -118,7 +118,7 @@ class NetworkLinearised final : public Linearised<T> {
     return std::ranges::all_of(p_.controls, held) && std::ranges::all_of(p_.sampled, held) &&
            std::ranges::all_of(
                seen_, [&](const auto& rows) { return std::ranges::all_of(rows, plain); }) &&
-           p_.filling.empty() && p_.block_springs.empty() && p_.F.empty() &&
+           p_.filling.empty() && p_.bristles.empty() && p_.block_springs.empty() && p_.F.empty() &&
            std::ranges::all_of(p_.B, [&](const auto& b) { return plain(b.row) && plain(b.col); }) &&
            std::ranges::all_of(p_.laws, acts_plainly) &&
            std::ranges::all_of(p_.sources, acts_plainly);

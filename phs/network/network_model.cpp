@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "phs/network/detail/network_plan.h"
 
 namespace porthos::phs {
@@ -73,6 +75,9 @@ std::optional<int> NetworkModel::waiting(std::span<const double> memory) const {
   return count;
 }
 
+bool NetworkModel::has(const std::string& member) const {
+  return std::ranges::any_of(plan_->members, [&](const auto& m) { return m.name == member; });
+}
 int NetworkModel::offset(const std::string& member) const {
   for (const auto& m : plan_->members)
     if (m.name == member) return m.x;

@@ -2,9 +2,11 @@
 #include "phs/scalars/derivative.h"
 
 #include <algorithm>
+#include <array>
 
 #include "phs/linear_algebra/lane_lu.h"
 #include "phs/network/detail/network_ports.h"
+#include "phs/network/detail/resistances.h"
 #include "phs/network/detail/tank_flows.h"
 
 namespace porthos::phs {
@@ -241,6 +243,7 @@ class NetworkResolvent final : public Resolvent {
     std::fill(D_.begin(), D_.end(), 0.0);
     std::fill(X_.begin(), X_.end(), 0.0);
     for (const auto& l : p_.laws) entry(D_, l.row, l.row) -= derivative(*l.law, y_[size_t(l.row)]);
+    for (const auto& b : p_.bristles) differentiate(b);
     for (const auto& c : p_.controls)
       if (!c.hold) differentiate(c, t);
     for (const auto& f : p_.filling)
@@ -265,6 +268,16 @@ class NetworkResolvent final : public Resolvent {
         for (size_t j = from; j < from + size(i); ++j) V_[k * nx_ + j] += c * H_[l * nx_ + j];
       }
     for (const Bend& b : bends_) V_[b.column * nx_ + b.at] = -b.value;
+  }
+  /// ∂v/∂y of a bristle into D.
+  void differentiate(const Plan::Bristle& b) {
+    const std::array rows{b.rate, b.force};
+    std::array y{Dual(y_[size_t(b.rate)]), Dual(y_[size_t(b.force)])};
+    along_each(y, [&](size_t k) {
+      const auto own = bristle_resistance(b.law, y[0], y[1]);
+      entry(D_, b.rate, rows[k]) -= (own.rate * y[0]).d;
+      entry(D_, b.force, rows[k]) -= (own.slip * y[1]).d;
+    });
   }
   /// ∂κ/∂y into D, ∂κ/∂x into X; of a tank its share of now.
   void differentiate(const Plan::Control& c, double t) {

@@ -6,6 +6,7 @@
 #include "phs/network/detail/network_constraints.h"
 #include "phs/network/detail/network_linearised.h"
 #include "phs/network/detail/network_resolvent.h"
+#include "phs/network/detail/resistances.h"
 #include "phs/network/detail/sampled_controls.h"
 #include "phs/network/detail/source_values.h"
 #include "phs/network/detail/tank_flows.h"
@@ -109,15 +110,14 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     for (size_t i = 0; i < systems_.size(); ++i)
       systems_[i]->apply_dissipation(state(i, x), state(i, e), state(i, Re));
     through_ports(x, e, p_.sym, T(-1.0), Re);
-    if (p_.laws.empty()) return;
+    if (p_.laws.empty() && p_.bristles.empty()) return;
     // A nonlinear law enters R(x) as its secant at the flow of x.
     gradient(x, e_);
     outputs(x, e_);
-    for (size_t k = 0; k < p_.laws.size(); ++k) v_[k] = secant(p_.laws[k], y_[row(p_.laws[k])]);
+    find_secants(p_, y_, v_);
+    std::fill(y_.begin(), y_.end(), T(0.0));
     outputs(x, e);
-    std::fill(u_.begin(), u_.end(), T(0.0));
-    for (size_t k = 0; k < p_.laws.size(); ++k)
-      u_[row(p_.laws[k])] = u_[row(p_.laws[k])] + v_[k] * y_[row(p_.laws[k])];
+    for (size_t k = 0; k < u_.size(); ++k) u_[k] = v_[k] * y_[k];
     add_inputs(x, Re);
   }
   void apply_input(In x, In u, Out Gu) override {
@@ -151,7 +151,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     }
     if (k == values.size()) return;
     flows(t, x, e, {});
-    for (const auto& l : p_.laws) values[k++] = y_[row(l)] * (*l.law)(y_[row(l)]);
+    k = resistive_powers(p_, y_, values, k);
     for (const auto& r : p_.rayleighs) values[k++] = quadratic_form(r.D, y_);
     k = feedthrough_powers(p_, u_, values, k);
     k = sources_.powers(t, y_, values, k);
@@ -242,10 +242,6 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
   auto ports(size_t i, Span u) const {
     return u.subspan(size_t(p_.members[i].u), size_t(p_.members[i].nu));
   }
-  template <class Element>
-  static size_t row(const Element& e) {
-    return size_t(e.row);
-  }
   size_t angles() const { return size_t(p_.description.angle_count()); }
   bool any_active() const { return std::ranges::any_of(p_.members, &Plan::Member::active); }
   T unwrapped(size_t k, In x) const {
@@ -264,7 +260,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     std::fill(v_.begin(), v_.end(), T(0.0));
     tanks_.begin(e, y_, v_);
     sources_.add(t, v_);
-    for (const auto& l : p_.laws) v_[row(l)] = v_[row(l)] - (*l.law)(y_[row(l)]);
+    add_resistances(p_, y_, v_);
     for (size_t j = 0; j < p_.controls.size(); ++j) {
       const auto& c = p_.controls[j];
       const Out v = port(c, v_), kappa = c.hold ? controls_.held(j) : law(j, t, x);
@@ -320,10 +316,6 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     add(A, y_, u_);
     for (T& u : u_) u = sign * u;
     add_inputs(x, out);
-  }
-  static T secant(const Plan::Law& l, T y) {
-    const T tiny(1e-30), away = select(abs(y) < tiny, tiny, y);
-    return (*l.law)(away) / away;
   }
 
   std::shared_ptr<const Plan> plan_;

@@ -99,11 +99,7 @@ auto at_place(const std::string& where, const char* what, const std::string& nam
 
 /// What scenes call the mechanism; null in a network that no scene made.
 const phs::Model* mechanism_of(const phs::NetworkModel& network) {
-  try {
-    return &network.member("mechanism");
-  } catch (const InvalidArgument&) {
-    return nullptr;
-  }
+  return network.has("mechanism") ? &network.member("mechanism") : nullptr;
 }
 
 /// Whether a method of a scene has rigid contacts without events.

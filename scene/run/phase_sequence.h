@@ -34,8 +34,8 @@ class OrbitApart {
   std::vector<double> x_, lo_;
 };
 
-/// The states of motors and actuators. An event does not change them, because no impulse passes a
-/// winding or a spring.
+/// The states of motors, actuators and bristles. An event does not change them, because no impulse
+/// passes a winding or a spring; one at a locked joint waits.
 class MotorStates {
  public:
   explicit MotorStates(const Scene& scene);

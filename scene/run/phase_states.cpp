@@ -43,8 +43,7 @@ void OrbitApart::settle(mechanics::MovingMechanism& m) const {
 
 MotorStates::MotorStates(const Scene& scene) {
   for (const JointActuator& a : scene.actuators) names_.push_back(a.name);
-  for (const Element& e : scene.elements)
-    if (e.motor) names_.push_back(e.name);
+  for (const Element& e : scene.elements) names_.push_back(e.name);
   for (const Controller& c : scene.controllers)
     if (c.tank) names_.push_back(c.tank_name());
 }
@@ -52,6 +51,7 @@ MotorStates::MotorStates(const Scene& scene) {
 void MotorStates::take_off(const Assembly& a, phs::State& s) {
   if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&a.internal()))
     for (const auto& name : names_) {
+      if (!network->has(name)) continue;  // it has no state, or its joint is locked
       const long at = network->offset(name), n = network->member(name).description().nx;
       const auto part = [&](const std::vector<double>& of) {
         return std::vector<double>(of.begin() + at, of.begin() + at + n);
@@ -69,6 +69,7 @@ void MotorStates::put_back(const phs::Model& model, phs::State& s) const {
   s.x.resize(size_t(model.description().nx), 0.0);
   s.lo.resize(s.x.size(), 0.0);
   for (const auto& [name, own] : x_lo_) {
+    if (!network->has(name)) continue;
     std::copy(own.first.begin(), own.first.end(), s.x.begin() + network->offset(name));
     std::copy(own.second.begin(), own.second.end(), s.lo.begin() + network->offset(name));
   }

@@ -30,6 +30,11 @@ struct Network::Plan {
     int row;
     FunctionPtr law;
   };
+  struct Bristle {
+    std::string name;
+    int rate, force;  ///< rows of the port it rubs at and of the member that stores its energy
+    LuGre law;
+  };
   struct Rayleigh {
     std::string name;
     std::vector<Term> D;
@@ -99,6 +104,7 @@ struct Network::Plan {
   std::string name;
   std::vector<Member> members;
   std::vector<Law> laws;
+  std::vector<Bristle> bristles;
   std::vector<Rayleigh> rayleighs;
   std::vector<Source> sources;
   std::vector<Control> controls;

@@ -9,6 +9,7 @@
   X(damper) \
   X(friction) \
   X(dry_friction) \
+  X(lugre) \
   X(limits) \
   X(force) \
   X(dc_motor) \
