@@ -18,6 +18,7 @@ void bind_user_method(pybind11::module_& m);
 void bind_mechanics(pybind11::module_& m);
 void bind_dynamics(pybind11::module_& m);
 void bind_kinematics(pybind11::module_& m);
+void bind_elements(pybind11::module_& m);
 void bind_network(pybind11::module_& m);
 void bind_integrators(pybind11::module_& m);
 void bind_energy_shaping(pybind11::module_& m);

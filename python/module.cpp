@@ -20,6 +20,7 @@ PYBIND11_MODULE(_core, m) {
   bind_mechanics(m);
   bind_dynamics(m);
   bind_kinematics(m);
+  bind_elements(m);
   bind_network(m);
   bind_integrators(m);
   bind_user_method(m);

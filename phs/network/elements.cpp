@@ -226,7 +226,7 @@ void check(const LuGre& f) {
   const double least = f.bristle_damping * extra / f.coulomb;
   require(f.viscous >= least, name, "viscous", f.viscous,
           least > 0 ? ("bristle_damping (breakaway - coulomb) / coulomb = " +
-                       std::to_string(least) + " or more: with less it would make energy")
+                       number(least, 6) + " or more: with less it would make energy")
                           .c_str()
                     : "0 or more");
 }

@@ -91,6 +91,13 @@ std::vector<Feature> all() {
        {},
        {},
        element("dry_friction", "coulomb = 1.2\nbreakaway = 1.6\nstribeck = 0.3\nviscous = 0.02")},
+      {"lugre",
+       {"lugre"},
+       {},
+       {{"verify.energy", "1e-5"}},  // its force has a kink where the joint turns round
+       element("lugre",
+               "coulomb = 0.1\nbreakaway = 0.15\nstribeck = 0.3\nviscous = 0.05\n"
+               "bristle_stiffness = 2\nbristle_damping = 0.1")},
       {"limits",
        {"limits"},
        {},

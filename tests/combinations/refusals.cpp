@@ -16,8 +16,8 @@ Names operator+(Names a, const Names& b) {
 const Names splittings{"splitting strang", "splitting aba864"},
     orbits = Names{"orbit", "drag", "Sun pressure", "Moon"} + splittings,
     controls{"steps time_transformed", "steps reversible"},
-    states{"dc_motor",       "drive fixed", "drive torque",
-           "drive position", "drive rate",  "drive servo"},
+    states{"lugre",          "dc_motor",   "drive fixed", "drive torque",
+           "drive position", "drive rate", "drive servo"},
     // what damps, and laws that nobody can know not to
     losses{
         "damper",        "friction",   "dry friction",  "controller",      "sampled controller",
@@ -45,7 +45,7 @@ const std::vector<Refusal>& refusals() {
        "of a spring between motor "
        "and joint, is no q and has no p: the structure matrix is not [0 I; -I 0]."},
       {{"splitting aba864"},
-       losses + Names{"dc_motor", "drive torque", "drive position", "time stepping"},
+       losses + Names{"lugre", "dc_motor", "drive torque", "drive position", "time stepping"},
        "A splitting of order above 2 in the whole step takes parts of it backwards (Sheng 1989, "
        "Suzuki 1991), and "
        "backwards in time losses grow."},

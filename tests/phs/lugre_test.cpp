@@ -198,7 +198,7 @@ TEST(LuGre, NeverMakesEnergyWhereItIsAccepted) {
   };
   EXPECT_EQ(refused(less),
             "LuGre friction: viscous is 9.000000, expected bristle_damping (breakaway - coulomb) / "
-            "coulomb = 10.000000 or more: with less it would make energy");
+            "coulomb = 10 or more: with less it would make energy");
   LuGre wrong = law;
   wrong.coulomb = 0;
   EXPECT_NE(refused(wrong).find("coulomb is 0.000000, expected more than 0"), std::string::npos);
@@ -231,8 +231,8 @@ TEST(LuGre, RandomMotionsOnlyLose) {
   EXPECT_LE(defect, 1e-11);
 }
 
-/// A block on a slope, at 0.8 of Coulomb's force: it bends by force / σ0 and stays. The control with
-/// the smooth law creeps on at v_s atanh(0.8).
+/// A block on a slope, at 0.8 of Coulomb's force: it bends by force / σ0 and stays. The control is
+/// the smooth law, which creeps on at v_s atanh(0.8).
 TEST(LuGre, HoldsWhereTheSmoothLawCreeps) {
   const auto way = [](bool bristle) {
     Network n("slope");
@@ -353,8 +353,8 @@ double apart(const std::vector<T>& a, const std::vector<T>& b) {
   return std::fabs(double(a[0] - b[0])) + std::fabs(double(a[1] - b[1]));
 }
 
-/// While the rate keeps its sign the orders are those of the methods (in 113 bits, by halved steps);
-/// across reversals, where |v| has a kink, it is 2.
+/// While the rate keeps its sign the orders are those of the methods, in 113 bits by halved steps.
+/// Across reversals, where |v| has a kink, the order is 2.
 TEST(LuGre, OrdersOfTheMethods) {
   const auto order = [](const char* method) {
     const auto x = [&](int n) { return end_of<phs::Quad>(3, 0.5, n, method); };

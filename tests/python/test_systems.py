@@ -408,3 +408,19 @@ def test_a_derivative_is_never_lost_without_a_word():
 
         with pytest.raises(TypeError, match="carries a derivative"):
             ph.simulate(ph.UserModel(Bare()), [0.6, -1.0], step=0.01, duration=0.1)
+
+
+def test_a_bristle_holds_and_what_would_make_energy_is_refused():
+    law = dict(coulomb=1.0, breakaway=1.5, stribeck=0.01, viscous=10, bristle_stiffness=1e4, bristle_damping=20)
+
+    def block(push, **changes):
+        n = ph.Network("block")
+        n.add("mass", ph.inertia_element(1, "translation")).source("push", "mass.body", ph.constant(push))
+        return n.lugre("rub", "mass.body", **{**law, **changes}).build()
+
+    held, slid = (ph.simulate(block(push), [0, 0], step=0.01, duration=10.0, limits={"balance": 1e-10}) for push in (0.9, 2.0))
+    assert abs(held.x[-1, 0]) < 1e-15 and abs(1e4 * held.x[-1, 1] - 0.9) < 1e-12
+    assert abs(slid.x[-1, 0] - 0.1) < 1e-12 and slid["dissipated/rub.loss"][-1] > 1   # 2 = coulomb + viscous v
+    assert abs(held["stored/rub.energy"][-1] - 0.9 ** 2 / 2e4) < 1e-12
+    refused(lambda: block(1, viscous=9.9), "viscous is 9.9", "= 10 or more: with less it would make energy")
+    block(1, viscous=9.9, bristle_damping=0)   # Dahl's bristle needs none: the control

@@ -14,8 +14,8 @@ namespace porthos::phs {
 /// first is not below σ1 (1 - F_s / F_c) + σ2 where |e| <= F_s, which is the passivity condition of
 /// LuGre; and |e| <= F_s stays true, because |e|' <= σ0 |v| (1 - F_s / g) <= 0 at |e| = F_s.
 ///
-/// At v = 0 both forces D y are continuous with a kink; sgn(0) = 0, so a dual number has the mean of
-/// their slopes on the two sides.
+/// At v = 0 both forces D y are continuous with a kink. There sgn(0) = 0, so a dual number has the
+/// mean of their slopes on the two sides.
 template <class T>
 struct BristleResistance {
   T rate, slip;

@@ -1041,6 +1041,14 @@ class Network:
     def resist(self, name: str, ports: list[str], D: Any) -> Network:
         """Rayleigh damping u -= D y over the ports one after another. InvalidArgument if D + D^T is not >= 0."""
         ...
+    def lugre(self, name: str, port: str, *, coulomb: float, breakaway: float = 0.0, stribeck: float = 0.0, viscous: float = 0.0, bristle_stiffness: float, bristle_damping: float = 0.0, component: int = 0) -> Network:
+        """Dry friction by a bristle that bends before it slips (Canudas de Wit and others 1995), at an effort_in port of size 1 or
+        one component of a larger one: z' = v - s0 |v| z / g(v), force = s0 z + s1 z' + viscous v, with s0 = bristle_stiffness [N/m or
+        N m/rad], s1 = bristle_damping and g = coulomb + (breakaway - coulomb) exp(-(v/stribeck)^2). A member `name` keeps the bend z
+        and stores s0 z^2 / 2; the loss is `name`.loss. Raises InvalidArgument where it would make energy: viscous less than
+        bristle_damping (breakaway - coulomb) / coulomb.
+        """
+        ...
     def source(self, name: str, port: str, v: Function, component: int = 0) -> Network:
         """u += v(t)."""
         ...
