@@ -183,7 +183,7 @@ struct Drive {
   }
 };
 
-void check(const char* name, const DcMotor& m) {
+void check_motor(const char* name, const DcMotor& m) {
   require(m.inductance > 0, name, "inductance", m.inductance, "more than 0 H");
   require(m.resistance >= 0, name, "resistance", m.resistance, "0 Ohm or more");
   require(true, name, "constant", m.constant, "a finite number of N m/A");
@@ -225,8 +225,8 @@ void check(const LuGre& f) {
   require(f.bristle_damping >= 0, name, "bristle_damping", f.bristle_damping, "0 or more");
   const double least = f.bristle_damping * extra / f.coulomb;
   require(f.viscous >= least, name, "viscous", f.viscous,
-          least > 0 ? ("bristle_damping (breakaway - coulomb) / coulomb = " +
-                       number(least, 6) + " or more: with less it would make energy")
+          least > 0 ? ("bristle_damping (breakaway - coulomb) / coulomb = " + number(least, 6) +
+                       " or more: with less it would make energy")
                           .c_str()
                     : "0 or more");
 }
@@ -305,13 +305,13 @@ std::shared_ptr<const Model> inertia_element(double mass, const Domain& d) {
   return std::make_shared<UserModel<InertiaElement>>(InertiaElement{{}, mass, d});
 }
 std::shared_ptr<const Model> dc_motor(const DcMotor& m) {
-  check("dc motor", m);
+  check_motor("dc motor", m);
   require(m.rotor_inertia > 0, "dc motor", "rotor_inertia", m.rotor_inertia, "more than 0 kg m²");
   require(m.friction >= 0, "dc motor", "friction", m.friction, "0 N m s/rad or more");
   return std::make_shared<UserModel<Motor>>(Motor(m));
 }
 std::shared_ptr<const Model> dc_drive(const DcMotor& m) {
-  check("dc drive", m);
+  check_motor("dc drive", m);
   return std::make_shared<UserModel<Drive>>(Drive{m});
 }
 
