@@ -103,6 +103,18 @@ Sides sides_of(const ContactModel& model, Seats& seats, const ContactModel::Plac
                       "'{}', expected one of the pairs {}",
                       to_string(of_a), link(c.a, all_a, a), to_string(of_b), link(c.b, all_b, b),
                       known_pairs()));
+    if (!have_edges(of_a, of_b)) return;
+    const double rounded = placed.seats[a].shape.radius + placed.seats[b].shape.radius;
+    if (!(rounded > 0))
+      throw InvalidArgument(fmt::format(
+          "the boxes on '{}' and '{}' have sharp edges, whose normals are not unique: expected a "
+          "shape with a radius for one of them",
+          link(c.a, all_a, a), link(c.b, all_b, b)));
+    if (!c.law.rigid() && !c.law.switches())
+      throw InvalidArgument(fmt::format(
+          "the smooth law pushes at a distance, where gaps of edges, of a {} on '{}' and a {} on "
+          "'{}', have kinks: expected law = \"power\", \"hertz\" or \"rigid\"",
+          to_string(of_a), link(c.a, all_a, a), to_string(of_b), link(c.b, all_b, b)));
   });
   return sides;
 }
@@ -300,7 +312,7 @@ void ContactModel::check_friction_of_events() const {
 
 std::pair<std::string, double> ContactModel::deepest_rigid(const phs::State& state) const {
   NearPairs near(*this);
-  Gaps<double> gaps(mechanism(), near.placed());
+  Gaps<double> gaps(mechanism(), near.placed(), Ends::off);
   gaps.place_bodies(state);
   near.find(gaps.seat, gaps.seat);
   gaps.place_pairs();

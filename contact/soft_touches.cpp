@@ -66,8 +66,9 @@ class SoftTouches::Impl {
       own.force += c.friction * v.along - normal * gaps_.touch[i].n;
       if (!(depth > own.depth)) continue;
       own.depth = depth;
-      own.half_size =
-          std::min(half_size(placed.seats[p.a].shape), half_size(placed.seats[p.b].shape));
+      const Shape &a = placed.seats[p.a].shape, &b = placed.seats[p.b].shape;
+      own.half_size = std::min(half_size(a), half_size(b));
+      if (have_edges(a.kind, b.kind)) own.half_size = std::min(own.half_size, a.radius + b.radius);
     }
   }
 

@@ -9,8 +9,10 @@ namespace porthos::contact {
 
 /// What a soft contact does, all its points together.
 struct SoftTouch {
-  double depth = 0;                 ///< the largest of its points, 0: none overlap [m]
-  double half_size = 0;             ///< there, half of the least extent of the smaller shape [m]
+  double depth = 0;  ///< the largest of its points, 0: none overlap [m]
+  /// There, half of the least extent of the smaller shape; at most the sum of the radii where edges
+  /// touch [m].
+  double half_size = 0;
   double energy = 0;                ///< stored [J]
   double pressed = 0;               ///< the sum of the normal forces [N], never negative
   mechanics::Vec3d force{0, 0, 0};  ///< on the surfaces of Contact::a, friction included, world [N]

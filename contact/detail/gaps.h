@@ -16,7 +16,7 @@ class Gaps {
  public:
   using Placed = ContactModel::Placed;
 
-  Gaps(const mechanics::Mechanism& mechanism, const Placed& placed)
+  Gaps(const mechanics::Mechanism& mechanism, const Placed& placed, Ends ends = Ends::fade)
       : w(mechanism),
         pose(mechanism.nodes().size()),
         seat(placed.seats.size()),
@@ -26,7 +26,8 @@ class Gaps {
         depth(2 * placed.stops.size()),
         force(size_t(mechanism.nv())),
         mechanism_(mechanism),
-        placed_(placed) {}
+        placed_(placed),
+        ends_(ends) {}
 
   void set_turn_angles(std::span<const T> angles) {
     std::copy_n(angles.begin(), w.turn_angle.size(), w.turn_angle.begin());
@@ -68,7 +69,7 @@ class Gaps {
     origin[k] = A.r;
     d[k] = B.r - A.r;
     touches<T>(placed_.seats[p.a].shape, placed_.seats[p.b].shape, {A.R, B.R, d[k]},
-               std::span(touch).subspan(p.first, p.points));
+               std::span(touch).subspan(p.first, p.points), ends_);
   }
   /// All pairs, which may have changed.
   void place_pairs() {
@@ -147,6 +148,7 @@ class Gaps {
 
   const mechanics::Mechanism& mechanism_;
   const Placed& placed_;
+  Ends ends_;
 };
 
 }  // namespace porthos::contact

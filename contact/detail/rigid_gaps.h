@@ -31,7 +31,7 @@ class RigidGaps {
       : m_(model.mechanism()),
         kept_(std::make_shared<const ContactModel::Placed>(model.all_rigid())),
         placed_(*kept_),
-        gaps_(m_, placed_),
+        gaps_(m_, placed_, Ends::off),
         p_(size_t(m_.nq())) {
     const size_t stops = placed_.stops.size(), contacts = model.rigid().size() - stops;
     for (size_t k = 0; k < placed_.pairs.size(); ++k) {

@@ -48,7 +48,7 @@ class StepContacts {
       : m_(model.mechanism()),
         rigid_(model.rigid()),
         near_(model),
-        gaps_(m_, near_.placed()),
+        gaps_(m_, near_.placed(), Ends::off),
         q_(size_t(m_.nq())),
         p_(q_.size()),
         rate_(size_t(m_.nv())),
@@ -117,7 +117,7 @@ class StepContacts {
       const auto& [contact, a, b, first, n] = pairs[k];
       const Pose &A = end_seat_[a], &B = end_seat_[b];
       touches<double>(seats[a].shape, seats[b].shape, {A.R, B.R, B.r - A.r},
-                      std::span(at_end).first(n));
+                      std::span(at_end).first(n), Ends::off);
       const double reach = NearPairs::moved(gaps_.seat[a], A) + NearPairs::moved(gaps_.seat[b], B);
       for (size_t i = 0; i < n; ++i)
         take({.gap = near_.number(k) * most_points + i,

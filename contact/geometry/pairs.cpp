@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "contact/geometry/edges-inl.h"
+
 namespace porthos::contact {
 namespace {
 
@@ -10,24 +12,6 @@ using phs::abs, phs::fma, phs::max, phs::min, phs::select, phs::sqrt;
 template <class T>
 using Out = std::span<Touch<T>>;
 
-/// |v|, not 0 where v is: nothing is divided by 0 there, and elsewhere no bit changes.
-template <class T>
-T length(const Vec3<T>& v) {
-  return sqrt(dot(v, v) + T(1e-280));
-}
-template <class T>
-T clamp(const T& x, double most) {
-  return min(max(x, T(-most)), T(most));
-}
-
-/// Two balls with centres a, b.
-template <class T>
-Touch<T> balls(const Vec3<T>& a, double r_a, const Vec3<T>& b, double r_b) {
-  const Vec3<T> v = b - a;
-  const T distance = length(v), gap = distance - T(r_a + r_b);
-  const Vec3<T> n = (T(1.0) / distance) * v;
-  return {gap, n, fma(T(r_a) + T(0.5) * gap, n, a)};
-}
 /// The plane through the origin with the normal n, and a ball.
 template <class T>
 Touch<T> plane_ball(const Vec3<T>& n, const Vec3<T>& centre, double r) {
@@ -44,16 +28,16 @@ Touch<T> ball_solid(double r, const T& distance, const Mat3<T>& axes, const Vec3
 }
 
 template <class T>
-void plane_sphere(const Shape&, const Shape& b, const Frames<T>& f, Out<T> out) {
+void plane_sphere(const Shape&, const Shape& b, const Frames<T>& f, Out<T> out, Ends) {
   out[0] = plane_ball(f.A.z, f.d, b.radius);
 }
 template <class T>
-void plane_capsule(const Shape&, const Shape& b, const Frames<T>& f, Out<T> out) {
+void plane_capsule(const Shape&, const Shape& b, const Frames<T>& f, Out<T> out, Ends) {
   out[0] = plane_ball(f.A.z, fma(T(b.half_length), f.B.z, f.d), b.radius);
   out[1] = plane_ball(f.A.z, fma(T(-b.half_length), f.B.z, f.d), b.radius);
 }
 template <class T>
-void plane_box(const Shape&, const Shape& b, const Frames<T>& f, Out<T> out) {
+void plane_box(const Shape&, const Shape& b, const Frames<T>& f, Out<T> out, Ends) {
   const Vec3d core = b.half - Vec3d{b.radius, b.radius, b.radius};
   for (unsigned k = 0; k < 8; ++k) {
     const auto side = [k](unsigned bit, double x) { return T(k >> bit & 1U ? x : -x); };
@@ -63,7 +47,7 @@ void plane_box(const Shape&, const Shape& b, const Frames<T>& f, Out<T> out) {
 }
 /// The lowest point of each rim.
 template <class T>
-void plane_cylinder(const Shape&, const Shape& b, const Frames<T>& f, Out<T> out) {
+void plane_cylinder(const Shape&, const Shape& b, const Frames<T>& f, Out<T> out, Ends) {
   const Vec3<T>&n = f.A.z, &axis = f.B.z;
   const Vec3<T> across = fma(-dot(n, axis), axis, n);  // of the rim's plane, upwards
   const Vec3<T> lowest = (T(-b.radius) / length(across)) * across;
@@ -73,26 +57,21 @@ void plane_cylinder(const Shape&, const Shape& b, const Frames<T>& f, Out<T> out
   }
 }
 template <class T>
-void sphere_sphere(const Shape& a, const Shape& b, const Frames<T>& f, Out<T> out) {
+void sphere_sphere(const Shape& a, const Shape& b, const Frames<T>& f, Out<T> out, Ends) {
   out[0] = balls({T(0.0), T(0.0), T(0.0)}, a.radius, f.d, b.radius);
 }
 template <class T>
-void sphere_capsule(const Shape& a, const Shape& b, const Frames<T>& f, Out<T> out) {
+void sphere_capsule(const Shape& a, const Shape& b, const Frames<T>& f, Out<T> out, Ends) {
   const T along = clamp(-dot(f.d, f.B.z), b.half_length);
   out[0] = balls({T(0.0), T(0.0), T(0.0)}, a.radius, fma(along, f.B.z, f.d), b.radius);
 }
-/// The nearest points of two segments, s along A and t along B (Ericson 2005, section 5.1.9).
 template <class T>
-void capsule_capsule(const Shape& a, const Shape& b, const Frames<T>& f, Out<T> out) {
-  const Vec3<T>&x = f.A.z, &y = f.B.z, &d = f.d;
-  const Vec3<T> c = cross(x, y);
-  T s = clamp(dot(cross(d, y), c) / (dot(c, c) + T(1e-280)), a.half_length);
-  const T t = clamp(fma(s, dot(x, y), -dot(y, d)), b.half_length);
-  s = clamp(fma(t, dot(x, y), dot(x, d)), a.half_length);
-  out[0] = balls(s * x, a.radius, fma(t, y, d), b.radius);
+void capsule_capsule(const Shape& a, const Shape& b, const Frames<T>& f, Out<T> out, Ends) {
+  out[0] =
+      nearest<T>({f.A.z, a.half_length, a.radius}, {f.B.z, b.half_length, b.radius}, f.d).touch;
 }
 template <class T>
-void sphere_box(const Shape& a, const Shape& b, const Frames<T>& f, Out<T> out) {
+void sphere_box(const Shape& a, const Shape& b, const Frames<T>& f, Out<T> out, Ends) {
   const Vec3<T> p = -f.B.tmul(f.d);  // the ball's centre
   Vec3<T> beyond, side, face{T(0.0), T(0.0), T(0.0)};
   T nearest(-1e300);  // of the faces, from inside: negative
@@ -114,7 +93,7 @@ void sphere_box(const Shape& a, const Shape& b, const Frames<T>& f, Out<T> out) 
   out[0] = ball_solid(a.radius, from_core - T(b.radius), f.B, outward);
 }
 template <class T>
-void sphere_cylinder(const Shape& a, const Shape& b, const Frames<T>& f, Out<T> out) {
+void sphere_cylinder(const Shape& a, const Shape& b, const Frames<T>& f, Out<T> out, Ends) {
   const Vec3<T> p = -f.B.tmul(f.d);
   const T rho = sqrt(p.x * p.x + p.y * p.y + T(1e-280));
   const T side = select(p.z < T(0.0), T(-1.0), T(1.0));
@@ -127,23 +106,60 @@ void sphere_cylinder(const Shape& a, const Shape& b, const Frames<T>& f, Out<T> 
   out[0] = ball_solid(a.radius, select(is_outside, distance, max(q, h)), f.B, outward);
 }
 
+/// A ball of radius r at p, from A's origin, and B, which a ball touches in one point.
+template <class T>
+Touch<T> ball_at(const Vec3<T>& p, double r, const Shape& b, const Frames<T>& f) {
+  Touch<T> touch;
+  const Shape ball{.radius = r};
+  const Frames<T> from_p{f.A, f.B, f.d - p};
+  if (b.kind == Kind::box)
+    sphere_box(ball, b, from_p, Out<T>(&touch, 1), Ends::fade);
+  else
+    sphere_capsule(ball, b, from_p, Out<T>(&touch, 1), Ends::fade);
+  touch.at += p;
+  return touch;
+}
+/// A box or capsule and a box: the corners of each, then the edges.
+template <class T>
+void corners_edges(const Shape& a, const Shape& b, const Frames<T>& f, Out<T> out, Ends ends) {
+  const Core<T> A(a, f.A, {T(0.0), T(0.0), T(0.0)}), B(b, f.B, f.d);
+  const unsigned corners = a.kind == Kind::box ? 8 : 2;
+  size_t i = 0;
+  for (unsigned k = 0; k < corners; ++k) {
+    const unsigned corner = a.kind == Kind::box ? k : 4 * k;
+    out[i++] = ball_at(A.corner(corner), a.radius, b, f);
+  }
+  for (unsigned k = 0; k < 8; ++k) {
+    const Vec3<T> p = B.corner(k);
+    Touch<T> touch = ball_at(Vec3<T>(p - f.d), b.radius, a, {f.B, f.A, -f.d});
+    touch.n = -touch.n;
+    touch.at += f.d;
+    out[i++] = touch;
+  }
+  for (size_t k = 0; k < (a.kind == Kind::box ? 12u : 1u); ++k)
+    for (size_t l = 0; l < 12; ++l)
+      out[i++] = crossing(A, Edge(a.kind, k), B, Edge(b.kind, l), ends);
+}
+
 template <class T>
 struct Pair {
   Kind a, b;
   int points;
-  void (*touch)(const Shape&, const Shape&, const Frames<T>&, Out<T>);
+  void (*touch)(const Shape&, const Shape&, const Frames<T>&, Out<T>, Ends);
 };
 /// Every pair with a closed form.
 template <class T>
-constexpr std::array<Pair<T>, 9> pairs{{{Kind::plane, Kind::sphere, 1, plane_sphere<T>},
-                                        {Kind::plane, Kind::capsule, 2, plane_capsule<T>},
-                                        {Kind::plane, Kind::box, 8, plane_box<T>},
-                                        {Kind::plane, Kind::cylinder, 2, plane_cylinder<T>},
-                                        {Kind::sphere, Kind::sphere, 1, sphere_sphere<T>},
-                                        {Kind::sphere, Kind::capsule, 1, sphere_capsule<T>},
-                                        {Kind::sphere, Kind::box, 1, sphere_box<T>},
-                                        {Kind::sphere, Kind::cylinder, 1, sphere_cylinder<T>},
-                                        {Kind::capsule, Kind::capsule, 1, capsule_capsule<T>}}};
+constexpr std::array<Pair<T>, 11> pairs{{{Kind::plane, Kind::sphere, 1, plane_sphere<T>},
+                                         {Kind::plane, Kind::capsule, 2, plane_capsule<T>},
+                                         {Kind::plane, Kind::box, 8, plane_box<T>},
+                                         {Kind::plane, Kind::cylinder, 2, plane_cylinder<T>},
+                                         {Kind::sphere, Kind::sphere, 1, sphere_sphere<T>},
+                                         {Kind::sphere, Kind::capsule, 1, sphere_capsule<T>},
+                                         {Kind::sphere, Kind::box, 1, sphere_box<T>},
+                                         {Kind::sphere, Kind::cylinder, 1, sphere_cylinder<T>},
+                                         {Kind::capsule, Kind::capsule, 1, capsule_capsule<T>},
+                                         {Kind::capsule, Kind::box, 2 + 8 + 12, corners_edges<T>},
+                                         {Kind::box, Kind::box, 8 + 8 + 144, corners_edges<T>}}};
 
 }  // namespace
 
@@ -153,6 +169,8 @@ int points(Kind a, Kind b) {
   return 0;
 }
 
+bool have_edges(Kind a, Kind b) { return points(a, b) > 8; }
+
 std::string known_pairs() {
   std::string all;
   for (const auto& p : pairs<double>)
@@ -161,11 +179,12 @@ std::string known_pairs() {
 }
 
 template <class T>
-void touches(const Shape& a, const Shape& b, const Frames<T>& f, std::span<Touch<T>> out) {
+void touches(const Shape& a, const Shape& b, const Frames<T>& f, std::span<Touch<T>> out,
+             Ends ends) {
   for (const auto& p : pairs<T>) {
-    if (p.a == a.kind && p.b == b.kind) return p.touch(a, b, f, out);
+    if (p.a == a.kind && p.b == b.kind) return p.touch(a, b, f, out, ends);
     if (p.a != b.kind || p.b != a.kind) continue;
-    p.touch(b, a, {f.B, f.A, -f.d}, out);
+    p.touch(b, a, {f.B, f.A, -f.d}, out, ends);
     for (auto& touch : out) {
       touch.n = -touch.n;
       touch.at += f.d;
@@ -175,7 +194,7 @@ void touches(const Shape& a, const Shape& b, const Frames<T>& f, std::span<Touch
 }
 
 #define PORTHOS_INSTANTIATE(T) \
-  template void touches<T>(const Shape&, const Shape&, const Frames<T>&, std::span<Touch<T>>);
+  template void touches<T>(const Shape&, const Shape&, const Frames<T>&, std::span<Touch<T>>, Ends);
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
 #undef PORTHOS_INSTANTIATE
 

@@ -154,8 +154,12 @@ TEST(ContactBodies, RefusalsNameTheContact) {
   const auto has = [](const std::string& text, const char* what) {
     EXPECT_NE(text.find(what), std::string::npos) << text;
   };
-  has(refusal({"c", {{"a", block()}}, {{"b", block()}}, law}),
-      "contact 'c': there is no distance in closed form between a box on 'a' and a box on 'b', "
+  Shape can = ball(0.1);
+  can.kind = Kind::cylinder;
+  can.half_length = 0.2;
+  has(refusal({"c", {{"a", block()}}, {{"b", can}}, law}),
+      "contact 'c': there is no distance in closed form between a box on 'a' and a cylinder on "
+      "'b', "
       "expected one of the pairs plane and sphere");
   has(refusal({"c", {{"x", ball(1)}}, {{"b", ball(1)}}, law}), "contact 'c'");
   has(refusal({"c", {{"a", ball(-1)}}, {{"b", ball(1)}}, law}), "radius of a sphere is -1 m");
