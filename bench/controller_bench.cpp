@@ -4,9 +4,9 @@
 
 #include <fstream>
 
-#include "energy_shaping/computed_torque.h"
-#include "energy_shaping/port_law.h"
-#include "energy_shaping/tracking.h"
+#include "energy_shaping/laws/computed_torque.h"
+#include "energy_shaping/laws/tracking.h"
+#include "energy_shaping/loop/port_law.h"
 #include "integrators/core/integrator.h"
 #include "mechanics/mechanical_model.h"
 #include "scene/assemble/assembly.h"

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <string>
 
-#include "energy_shaping/certificate.h"
+#include "energy_shaping/loop/certificate.h"
 #include "scene/plot/trace_plot.h"
 
 /// Prints a certificate and writes certificate.json and plot.svg into the folder given on the

@@ -47,8 +47,8 @@ struct Heading {
   double factor = 1;
 };
 
-/// "q [rad]" and "q (rad)" are "q": the unit is what Porthos expects and writes itself. "q [deg]" is
-/// "q" with a factor. Other units stay in the name, which nothing asks for then.
+/// "q [rad]" and "q (rad)" are "q": the unit is what Porthos expects and writes itself. "q [deg]"
+/// is "q" with a factor. Other units stay in the name, which nothing asks for then.
 Heading without_unit(std::string_view name) {
   if (!name.ends_with(']') && !name.ends_with(')')) return {name};
   const auto open = name.rfind(name.back() == ']' ? " [" : " (");

@@ -1,7 +1,7 @@
 // The matched designs: classical underactuated systems with their controllers.
 #include <pybind11/stl.h>
 
-#include "energy_shaping/designs.h"
+#include "energy_shaping/matching/designs.h"
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/keywords.h"

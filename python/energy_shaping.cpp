@@ -4,10 +4,10 @@
 
 #include <variant>
 
-#include "energy_shaping/certify.h"
-#include "energy_shaping/port_law.h"
-#include "energy_shaping/potential_loop.h"
-#include "energy_shaping/sweep.h"
+#include "energy_shaping/certify/certify.h"
+#include "energy_shaping/certify/sweep.h"
+#include "energy_shaping/laws/potential_loop.h"
+#include "energy_shaping/loop/port_law.h"
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/keywords.h"

@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include "energy_shaping/matched_loop.h"
+#include "energy_shaping/matching/matched_loop.h"
 #include "phs/functions/formula.h"
 #include "python/bind.h"
 #include "python/keywords.h"

@@ -1,11 +1,11 @@
 // Laws designed for a mechanism of the user's own: matching by quadratures, swing-up, balancing.
 #include <pybind11/stl.h>
 
-#include "energy_shaping/handover.h"
-#include "energy_shaping/held_loop.h"
-#include "energy_shaping/joint_swing_up.h"
-#include "energy_shaping/lqr.h"
-#include "energy_shaping/numerical_matching.h"
+#include "energy_shaping/laws/handover.h"
+#include "energy_shaping/laws/joint_swing_up.h"
+#include "energy_shaping/laws/lqr.h"
+#include "energy_shaping/loop/held_loop.h"
+#include "energy_shaping/matching/numerical_matching.h"
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/keywords.h"

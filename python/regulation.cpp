@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include "energy_shaping/null_space.h"
-#include "energy_shaping/sweep.h"
-#include "energy_shaping/tracking.h"
-#include "energy_shaping/wheel_base.h"
+#include "energy_shaping/certify/sweep.h"
+#include "energy_shaping/laws/null_space.h"
+#include "energy_shaping/laws/tracking.h"
+#include "energy_shaping/laws/wheel_base.h"
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/keywords.h"

@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <exception>
 
-#include "energy_shaping/certify.h"
-#include "energy_shaping/designs.h"
-#include "energy_shaping/sweep.h"
+#include "energy_shaping/certify/certify.h"
+#include "energy_shaping/certify/sweep.h"
+#include "energy_shaping/matching/designs.h"
 #include "examples/show.h"
 #include "mechanics/builder.h"
 #include "mechanics/mechanical_model.h"

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <exception>
 
-#include "energy_shaping/certify.h"
-#include "energy_shaping/potential_loop.h"
+#include "energy_shaping/certify/certify.h"
+#include "energy_shaping/laws/potential_loop.h"
 #include "examples/show.h"
 #include "mechanics/builder.h"
 

@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <exception>
 
-#include "energy_shaping/certify.h"
-#include "energy_shaping/designs.h"
+#include "energy_shaping/certify/certify.h"
+#include "energy_shaping/matching/designs.h"
 #include "examples/show.h"
 
 using namespace porthos::energy_shaping;

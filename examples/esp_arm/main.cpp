@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <exception>
 
-#include "energy_shaping/elastic.h"
-#include "energy_shaping/run.h"
+#include "energy_shaping/elastic/elastic.h"
+#include "energy_shaping/loop/run.h"
 #include "examples/show.h"
 #include "integrators/core/integrator.h"
 

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <exception>
 
-#include "energy_shaping/certify.h"
-#include "energy_shaping/sweep.h"
+#include "energy_shaping/certify/certify.h"
+#include "energy_shaping/certify/sweep.h"
 #include "examples/show.h"
 #include "mechanics/momentum.h"
 #include "mechanics/urdf.h"

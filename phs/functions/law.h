@@ -139,8 +139,8 @@ class SampledLaw {
   /// The memory before the first instant; it keeps its size.
   virtual std::vector<double> fresh() const = 0;
   /// @param x  state of the controlled system, with its angles unwrapped
-  /// @param y  outputs of the controller's ports, in turn; then the energy in the tank that pays for
-  ///   it, if one does [J]
+  /// @param y  outputs of the controller's ports, in turn; then the energy in the tank that pays
+  ///   for it, if one does [J]
   /// @param u  held at these ports until the next instant
   virtual void operator()(double t, std::span<const double> x, std::span<const double> y,
                           std::span<double> memory, std::span<double> u) const = 0;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "energy_shaping/certificate.h"
+#include "energy_shaping/loop/certificate.h"
 #include "integrators/core/integrator.h"
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"

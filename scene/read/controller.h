@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "energy_shaping/certificate.h"
 #include "energy_shaping/foreign_law.h"
-#include "energy_shaping/handover.h"
-#include "energy_shaping/port_law.h"
+#include "energy_shaping/laws/handover.h"
+#include "energy_shaping/loop/certificate.h"
+#include "energy_shaping/loop/port_law.h"
 #include "phs/network/network.h"
 #include "scene/read/controllers/sensing.h"
 #include "scene/read/controllers/tank.h"

@@ -30,6 +30,7 @@ BELOW = {
 FOLDERS = {
     "phs": [".", "scalars", "linear_algebra", "functions", "system", "linear", "network"],
     "integrators": ["core", "implicit", "tables", "methods", "derivatives", "rivals", ".", "control"],
+    "energy_shaping": [".", "loop", "laws", "matching", "elastic", "certify"],
     "scene": ["files", "read", "assemble", "run", "plot", "compare", "session", "judge", "ensemble", "plan", "sensitivity", "identification"],
 }
 LIBRARIES = ["phs", "mechanics", "integrators", "planning", "ensemble", "energy_shaping", "vsa", "space", "contact", "scene", "report"]

@@ -1,5 +1,5 @@
 // The largest input on the level set of a basin, against a closed form.
-#include "energy_shaping/detail/basin_inputs.h"
+#include "energy_shaping/certify/detail/basin_inputs.h"
 
 #include "tests/energy_shaping/robots.h"
 

@@ -4,10 +4,10 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "energy_shaping/certify.h"
-#include "energy_shaping/modes.h"
-#include "energy_shaping/plant.h"
-#include "energy_shaping/potential_loop.h"
+#include "energy_shaping/certify/certify.h"
+#include "energy_shaping/laws/potential_loop.h"
+#include "energy_shaping/loop/modes.h"
+#include "energy_shaping/matching/plant.h"
 #include "tests/energy_shaping/loops.h"
 #include "tests/energy_shaping/robots.h"
 

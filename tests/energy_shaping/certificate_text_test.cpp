@@ -1,7 +1,7 @@
 // How a certificate reads, as text, as HTML and for programs.
 #include <nlohmann/json.hpp>
 
-#include "energy_shaping/closed_loop.h"
+#include "energy_shaping/loop/closed_loop.h"
 #include "tests/support/bounds.h"
 
 namespace porthos::energy_shaping::certificate_text_test {

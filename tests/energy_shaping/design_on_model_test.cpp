@@ -1,12 +1,12 @@
 // The designs on mechanisms of rigid bodies: the numbers read off, the motions against the
 // reference runs of the formulas, and what is refused.
-#include "energy_shaping/design_on_model.h"
+#include "energy_shaping/matching/design_on_model.h"
 
 #include <complex>
 #include <numbers>
 #include <random>
 
-#include "energy_shaping/derivatives.h"
+#include "energy_shaping/loop/derivatives.h"
 #include "phs/linear_algebra/linear_algebra.h"
 #include "tests/energy_shaping/robots.h"
 

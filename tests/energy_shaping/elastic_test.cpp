@@ -1,5 +1,5 @@
 // Elastic joints: regulators against reference runs, and the balance of H_d.
-#include "energy_shaping/elastic.h"
+#include "energy_shaping/elastic/elastic.h"
 
 #include "phs/system/check.h"
 #include "tests/energy_shaping/loops.h"

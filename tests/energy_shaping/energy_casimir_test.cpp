@@ -1,6 +1,6 @@
 // Energy and Casimirs: what a dynamic controller shapes, the dissipation obstacle, and laws paid
 // from a tank.
-#include "energy_shaping/interconnection.h"
+#include "energy_shaping/loop/interconnection.h"
 
 #include "phs/system/check.h"
 #include "phs/system/user_model.h"

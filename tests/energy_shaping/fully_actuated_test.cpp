@@ -2,8 +2,8 @@
 // tracking.
 #include <random>
 
-#include "energy_shaping/derivatives.h"
-#include "energy_shaping/tracking.h"
+#include "energy_shaping/laws/tracking.h"
+#include "energy_shaping/loop/derivatives.h"
 #include "mechanics/kinematics.h"
 #include "phs/linear_algebra/linear_algebra.h"
 #include "phs/system/check.h"

@@ -2,8 +2,8 @@
 // program of the docs page.
 #include <random>
 
-#include "energy_shaping/certify.h"
-#include "energy_shaping/swing_up.h"
+#include "energy_shaping/certify/certify.h"
+#include "energy_shaping/matching/swing_up.h"
 #include "phs/network/network.h"
 #include "tests/energy_shaping/robots.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "energy_shaping/designs.h"
+#include "energy_shaping/matching/designs.h"
 #include "integrators/core/integrator.h"
 #include "tests/support/bounds.h"
 

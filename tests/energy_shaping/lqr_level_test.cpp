@@ -2,8 +2,8 @@
 // weight: V jumps at each half turn of it, and is no measure of the way back.
 #include <numbers>
 
-#include "energy_shaping/handover.h"
-#include "energy_shaping/lqr.h"
+#include "energy_shaping/laws/handover.h"
+#include "energy_shaping/laws/lqr.h"
 #include "tests/energy_shaping/robots.h"
 
 namespace porthos::energy_shaping::lqr_level_test {

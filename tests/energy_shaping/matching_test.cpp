@@ -2,7 +2,7 @@
 // refuse.
 #include <random>
 
-#include "energy_shaping/plant.h"
+#include "energy_shaping/matching/plant.h"
 #include "mechanics/builder.h"
 #include "mechanics/mechanical_model.h"
 #include "phs/system/check.h"

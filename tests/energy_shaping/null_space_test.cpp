@@ -1,6 +1,6 @@
 // Postures in the null space of a task: leakage by the inverse that is used, the tank's bounds, the
 // energy of the loop.
-#include "energy_shaping/null_space.h"
+#include "energy_shaping/laws/null_space.h"
 
 #include <random>
 

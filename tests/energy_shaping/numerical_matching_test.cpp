@@ -1,9 +1,9 @@
 // Designs without a closed form at hand: a pendubot of bodies, a cart and pole of bodies.
-#include "energy_shaping/numerical_matching.h"
+#include "energy_shaping/matching/numerical_matching.h"
 
-#include "energy_shaping/certify.h"
-#include "energy_shaping/port_law.h"
-#include "energy_shaping/sweep.h"
+#include "energy_shaping/certify/certify.h"
+#include "energy_shaping/certify/sweep.h"
+#include "energy_shaping/loop/port_law.h"
 #include "tests/energy_shaping/robots.h"
 
 namespace porthos::energy_shaping::numerical_matching_test {

@@ -1,6 +1,6 @@
 #pragma once
-#include "energy_shaping/potential_loop.h"
-#include "energy_shaping/run.h"
+#include "energy_shaping/laws/potential_loop.h"
+#include "energy_shaping/loop/run.h"
 #include "mechanics/builder.h"
 #include "mechanics/momentum.h"
 #include "mechanics/urdf.h"

@@ -3,9 +3,9 @@
 #include <functional>
 #include <random>
 
-#include "energy_shaping/certify.h"
-#include "energy_shaping/elastic.h"
-#include "energy_shaping/tracking.h"
+#include "energy_shaping/certify/certify.h"
+#include "energy_shaping/elastic/elastic.h"
+#include "energy_shaping/laws/tracking.h"
 #include "phs/system/random_state.h"
 #include "tests/energy_shaping/robots.h"
 

@@ -1,12 +1,12 @@
 // Gain sweeps over lanes and threads.
-#include "energy_shaping/sweep.h"
+#include "energy_shaping/certify/sweep.h"
 
 #include <chrono>
 #include <cstdlib>
 
-#include "energy_shaping/certify.h"
-#include "energy_shaping/derivatives.h"
-#include "energy_shaping/run.h"
+#include "energy_shaping/certify/certify.h"
+#include "energy_shaping/loop/derivatives.h"
+#include "energy_shaping/loop/run.h"
 #include "phs/linear_algebra/linear_algebra.h"
 #include "tests/energy_shaping/robots.h"
 

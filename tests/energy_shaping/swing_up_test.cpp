@@ -1,6 +1,6 @@
 // Swing-ups by the energy of one joint, the level up to which a regulator holds, and the handover
 // from one to the other.
-#include "energy_shaping/swing_up.h"
+#include "energy_shaping/matching/swing_up.h"
 
 #include <fmt/format.h>
 
@@ -8,10 +8,10 @@
 #include <numbers>
 #include <random>
 
-#include "energy_shaping/handover.h"
-#include "energy_shaping/held_loop.h"
-#include "energy_shaping/joint_swing_up.h"
-#include "energy_shaping/lqr.h"
+#include "energy_shaping/laws/handover.h"
+#include "energy_shaping/laws/joint_swing_up.h"
+#include "energy_shaping/laws/lqr.h"
+#include "energy_shaping/loop/held_loop.h"
 #include "mechanics/crba.h"
 #include "phs/linear_algebra/linear_algebra.h"
 #include "tests/energy_shaping/robots.h"

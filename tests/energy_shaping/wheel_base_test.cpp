@@ -1,5 +1,5 @@
 // Pose of a base by thrusters for its place and reaction wheels for its attitude.
-#include "energy_shaping/wheel_base.h"
+#include "energy_shaping/laws/wheel_base.h"
 
 #include "phs/network/network.h"
 #include "tests/energy_shaping/robots.h"

@@ -1,5 +1,5 @@
 // What is put around a plant drops nothing of it: its solver, its sampled controllers, its ledger.
-#include "energy_shaping/interconnection.h"
+#include "energy_shaping/loop/interconnection.h"
 #include "phs/network/network.h"
 #include "phs/system/tunable.h"
 #include "tests/energy_shaping/robots.h"

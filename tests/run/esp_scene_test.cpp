@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 
-#include "energy_shaping/elastic.h"
-#include "energy_shaping/structure_preserving_regulator.h"
+#include "energy_shaping/elastic/elastic.h"
+#include "energy_shaping/elastic/structure_preserving_regulator.h"
 #include "scene/session/memory_run.h"
 #include "tests/run/shipped.h"
 

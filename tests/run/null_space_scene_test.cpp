@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "energy_shaping/null_space.h"
+#include "energy_shaping/laws/null_space.h"
 #include "integrators/catalogue.h"
 #include "phs/system/state.h"
 #include "scene/session/extension.h"

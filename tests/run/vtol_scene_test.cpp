@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "energy_shaping/vtol_on_model.h"
+#include "energy_shaping/matching/vtol_on_model.h"
 #include "scene/session/memory_run.h"
 #include "tests/run/shipped.h"
 

@@ -1,7 +1,7 @@
 // Regulators of energy shaping at the drives of actuators: through the ports of a network they see
-// the elastic joint, and the loop is the one energy_shaping/elastic.h has as a whole.
-#include "energy_shaping/elastic.h"
-#include "energy_shaping/run.h"
+// the elastic joint, and the loop is the one energy_shaping/elastic/elastic.h has as a whole.
+#include "energy_shaping/elastic/elastic.h"
+#include "energy_shaping/loop/run.h"
 #include "integrators/core/integrator.h"
 #include "tests/support/bounds.h"
 #include "tests/support/robots.h"

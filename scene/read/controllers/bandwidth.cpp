@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "energy_shaping/sweep.h"
+#include "energy_shaping/certify/sweep.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"
 

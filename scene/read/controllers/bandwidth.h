@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "energy_shaping/certificate.h"
+#include "energy_shaping/loop/certificate.h"
 #include "scene/read/schema.h"
 
 namespace porthos::scene {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "energy_shaping/motor_regulator.h"
-#include "energy_shaping/structure_preserving_regulator.h"
+#include "energy_shaping/elastic/motor_regulator.h"
+#include "energy_shaping/elastic/structure_preserving_regulator.h"
 #include "scene/read/controllers/controller_type.h"
 #include "scene/read/controllers/held_law.h"
 #include "scene/read/controllers/motor_spring.h"

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "energy_shaping/held_loop.h"
+#include "energy_shaping/loop/held_loop.h"
 #include "scene/read/joint_place.h"
 #include "scene/read/scene.h"
 

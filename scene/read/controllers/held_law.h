@@ -9,7 +9,7 @@
 
 namespace porthos::scene {
 
-/// Adds the condition "sampled" of energy_shaping/held_loop.h to the certificate of a law, at rest;
+/// Adds the condition "sampled" (loop/held_loop.h) to the certificate of a law, at rest;
 /// nothing of a continuous one. Beside elements and actuators, which the design does not know, a
 /// loop that fails is reported and not refused.
 /// @param laws  without limits

@@ -2,7 +2,7 @@
 #include <array>
 #include <string>
 
-#include "energy_shaping/potential_loop.h"
+#include "energy_shaping/laws/potential_loop.h"
 #include "scene/read/schema.h"
 
 namespace porthos::scene {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <map>
 
-#include "energy_shaping/design_on_model.h"
-#include "energy_shaping/vtol_on_model.h"
+#include "energy_shaping/matching/design_on_model.h"
+#include "energy_shaping/matching/vtol_on_model.h"
 #include "scene/read/controllers/controller_type.h"
 #include "scene/read/controllers/held_law.h"
 #include "scene/read/schema_keys-inl.h"
@@ -203,7 +203,7 @@ ControllerType ida_pbc_controller() {
             {number("target", "rad (m)", required, "angles count turns")}},
            {"controller.ida_pbc.gains",
             "[controller.gains]",
-            "The gains of a design, see energy_shaping/designs.h.",
+            "The gains of a design, see energy_shaping/matching/designs.h.",
             {gain("k", "cart_pole"), gain("m22", "cart_pole"), gain("P", "cart_pole, vtol"),
              gain("a1", "inertia_wheel"), gain("a2", "acrobot, inertia_wheel"),
              gain("a3", "acrobot, inertia_wheel"), gain("k1", "inertia_wheel, vtol"),

@@ -1,4 +1,4 @@
-#include "energy_shaping/lqr.h"
+#include "energy_shaping/laws/lqr.h"
 
 #include <fmt/format.h>
 

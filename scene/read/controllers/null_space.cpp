@@ -1,4 +1,4 @@
-#include "energy_shaping/null_space.h"
+#include "energy_shaping/laws/null_space.h"
 
 #include <fmt/format.h>
 

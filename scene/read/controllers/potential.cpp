@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "energy_shaping/potential_loop.h"
-#include "energy_shaping/sweep.h"
+#include "energy_shaping/certify/sweep.h"
+#include "energy_shaping/laws/potential_loop.h"
 #include "mechanics/rotation.h"
 #include "mechanics/urdf.h"
 #include "scene/read/controllers/bandwidth.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "energy_shaping/port_law.h"
+#include "energy_shaping/loop/port_law.h"
 #include "phs/functions/law.h"
 #include "scene/read/schema.h"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <map>
 
-#include "energy_shaping/joint_swing_up.h"
+#include "energy_shaping/laws/joint_swing_up.h"
 #include "scene/read/controllers/controller_type.h"
 #include "scene/read/controllers/held_law.h"
 #include "scene/read/scene.h"

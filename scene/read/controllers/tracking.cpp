@@ -4,9 +4,9 @@
 #include <cmath>
 #include <optional>
 
-#include "energy_shaping/computed_torque.h"
-#include "energy_shaping/sweep.h"
-#include "energy_shaping/tracking.h"
+#include "energy_shaping/certify/sweep.h"
+#include "energy_shaping/laws/computed_torque.h"
+#include "energy_shaping/laws/tracking.h"
 #include "mechanics/mechanical_model.h"
 #include "scene/read/controllers/bandwidth.h"
 #include "scene/read/controllers/controller_type.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "energy_shaping/wheel_base.h"
+#include "energy_shaping/laws/wheel_base.h"
 #include "mechanics/crba.h"
 #include "mechanics/rotation.h"
 #include "mechanics/urdf.h"
