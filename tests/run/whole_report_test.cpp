@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "scene/read/scene.h"
+#include "scene/session/report_reader.h"
+#include "tests/run/scenes.h"
 
 namespace porthos::scene::whole_report_test {
 namespace {
@@ -65,6 +67,8 @@ TEST(WholeReport, EnergyDeliveredByControllersIsToldOfTheWhole) {
       "stored at the start"};
   EXPECT_EQ(notes_of({delivering(2, 1, 100), delivering(2, 2, 100)}), known)
       << "1 J of the first phase and up to 2 J more";
+  EXPECT_EQ(notes_of({noting({known[0]})}), (Notes{"from 0 s: " + known[0]}))
+      << "control: the words alone are any note";
   EXPECT_EQ(notes_of({delivering(3, -5, 100), delivering(2, 2, 100)}), known) << "the most so far";
   EXPECT_EQ(notes_of({delivering(0, -3, 100), delivering(2, 2, 100)}), Notes{})
       << "control: it gives back what it took";
@@ -98,6 +102,35 @@ TEST(WholeReport, NewtonsMethodIsNotedWhereItsCostMatters) {
   RunReport ended = solving(29800, 0);
   ended.outcome = integrators::Outcome::not_converged;
   EXPECT_EQ(notes_of({solving(200, 200), ended}).size(), 1u) << "where the run ended early";
+}
+
+/// What notes and words are made from is in the file; one without it is read as well.
+TEST(WholeReport, WhatIsKnownBesideTheWordsIsReadBack) {
+  const test::TemporaryFolder folder;
+  auto c = test::pendulum(folder);
+  c.scene.duration = 0.1;
+  RunReport r = run(c.scene, c.assembly, test::into(folder / "out"));
+  r.notes = {"a note"};
+  r.delivered = {{"wheel", 3}};
+  note_delivered(r);
+  r.energy.growth_exponent = NAN;
+  r.energy.unknown = GrowthUnknown::scatter;
+  r.energy.kinks = true;
+  const auto back = [&](const std::string& without) {
+    auto text = summary_json(c.scene, c.assembly, r, r.final_state);
+    for (size_t at; !without.empty() && (at = text.find(without)) != text.npos;)
+      text.replace(at, without.size(), "\"other\"");
+    test::write_bytes(folder / "out" / "summary.json", text);
+    return read_report(folder / "out", r.final_state);
+  };
+  const RunReport same = back("");
+  EXPECT_EQ(same.energy.unknown, GrowthUnknown::scatter);
+  EXPECT_TRUE(same.energy.kinks);
+  EXPECT_EQ(same.delivered_note, 1);
+  EXPECT_EQ(same.newton_note, -1);
+  EXPECT_EQ(back("\"growth_unknown\"").energy.unknown, GrowthUnknown::no);
+  EXPECT_FALSE(back("\"kinks\"").energy.kinks);
+  EXPECT_EQ(back("\"delivered_note\"").delivered_note, -1);
 }
 
 }  // namespace
