@@ -125,6 +125,9 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
       {"run swing/scene.toml --fast",
        "porthos: run has no option --fast, the nearest is --case (see porthos --help)\n"},
       {"run", "porthos: SCENE is required (see porthos --help)\n"},
+      {"film swing --trail-of",
+       "porthos: --trail-of: 1 required A,B,... missing (see porthos --help)\n"},
+      {"film absent --trail --trail-of pendulum", "porthos: absent is no folder\n"},
       {"info swing/pendulum.urdf",
        "porthos: swing/pendulum.urdf is a model, expected a scene: porthos new "
        "swing/pendulum.urdf writes one\n"},
@@ -418,6 +421,13 @@ TEST_F(Cli, CompareEndsWithAdviceAndFillsItsFolder) {
     EXPECT_TRUE(fs::exists(folder_ / "results/compare_swing" / file)) << file;
   EXPECT_EQ(a.out, file_text(folder_ / "results/compare_swing/compare.txt"));
   EXPECT_TRUE(contains(a.err, "results/compare_swing/: compare.json")) << a.err;
+  const fs::path picture = folder_ / "results/compare_swing/work_precision.svg";
+  const std::string drawn = file_text(picture);
+  fs::remove(picture);
+  EXPECT_EQ(porthos("plot results/compare_swing").out,
+            "results/compare_swing/work_precision.svg\n");
+  EXPECT_EQ(file_text(picture), drawn);
+  EXPECT_EQ(porthos("plot results/compare_swing --what rk4").code, 2);
 
   const Answer json =
       porthos("compare swing/scene.toml --methods rk4 --budget 1 --duration 1 --json --out again");

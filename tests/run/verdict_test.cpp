@@ -3,11 +3,12 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "integrators/core/integrator.h"
 #include "phs/system/user_model.h"
 #include "scene/run/verdict.h"
-#include "tests/run/scenes.h"
+#include "tests/run/shipped.h"
 
 namespace porthos::test::verdict_test {
 namespace {
@@ -288,6 +289,33 @@ TEST(Verdict, AnArmAtRestIsNotJudgedByItsRoundings) {
   EXPECT_NE(still.verdict(), scene::Verdict::fail);
   EXPECT_FALSE(scene::next_to_nothing_moves(swings.energy));
   EXPECT_TRUE(swings.passed());
+}
+
+// What an ensemble tells of a check that fails in some of its cases is the limit of each run.
+TEST(Verdict, TheLimitOfACheckIsThatOfEachRun) {
+  std::set<std::string> names;
+  const auto compare = [&](const scene::Scene& s, const scene::RunReport& r) {
+    for (const scene::Check& c : r.checks) {
+      names.insert(c.name);
+      EXPECT_EQ(scene::limit_of_check(s, c.name), std::optional(c.limit)) << c.name;
+    }
+  };
+  for (const auto& [name, duration] :
+       {std::pair{"capture", 30.0}, {"ets_vii_orbit", 200.0}, {"four_bar", 0.5}}) {
+    TemporaryFolder folder;
+    const auto s = shipped(folder, name, duration);
+    compare(s, scene::run(s, scene::assemble(s), into(folder / "out")));
+  }
+  TemporaryFolder folder;
+  Case bare = bare_pendulum(folder, "gauss8", 0.01, 1);
+  compare(bare.scene, verify(bare, folder, false));
+  bare.scene.verify.step_halving = 1e-2;
+  compare(bare.scene, verify(bare, folder, false));
+  std::printf("  %zu checks\n", names.size());
+  for (const char* name : {"energy", "constraints", "constraint_rates", "orbital", "coupling",
+                           "momentum_across_events", "step_halving"})
+    EXPECT_TRUE(names.contains(name)) << name;
+  EXPECT_FALSE(scene::limit_of_check(bare.scene, "symmetry")) << "control: no check of a case";
 }
 
 }  // namespace
