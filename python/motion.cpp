@@ -7,6 +7,7 @@
 #include "phs/error.h"
 #include "python/arrays.h"
 #include "python/bind.h"
+#include "scene/plot/apart_by_size.h"
 #include "scene/plot/motion.h"
 #include "scene/plot/plot.h"
 #include "scene/plot/svg.h"
@@ -75,7 +76,8 @@ py::tuple motion_of(const py::object& run, std::int64_t most, bool bands) {
                               shown_of(bands)));
   const InMemory r(run);
   const Shown shown = shown_of(bands)(r.count(), most);
-  return as_tuple({shown.times(r.at("time", shown.rows())), panels_of(r, *mechanism, {}, shown)});
+  return as_tuple({shown.times(r.at("time", shown.rows())),
+                   apart_by_size(panels_of(r, *mechanism, {}, shown))});
 }
 
 py::tuple states_of_run(const py::object& run, std::int64_t most, bool bands) {

@@ -121,7 +121,9 @@ class Gathered {
     if (stage_.mechanism) {
       stage_.records = &r;
       stage_.recorded = summary_.is_object() && summary_.value("method", "") == "recorded";
-      attempt("no motion", [&] { phase["motion"] = motion(stage_, most_frames / phase_count_); });
+      attempt("no motion", [&] {
+        phase["motion"] = motion(stage_, most_frames / phase_count_, phase_count_ == 1);
+      });
       attempt("no playback",
               [&] { phase["playback"] = playback(stage_, most_frames / phase_count_, part_); });
     }

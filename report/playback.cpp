@@ -8,6 +8,7 @@
 #include "mechanics/kinematics.h"
 #include "mechanics/momentum.h"
 #include "report/detail/shapes.h"
+#include "scene/plot/apart_by_size.h"
 #include "scene/run/columns.h"
 #include "scene/run/row_times.h"
 #include "scene/session/moved.h"
@@ -178,11 +179,13 @@ void add_poses(std::span<const Transform<double>> pose, const mechanics::Vec3d& 
   }
 }
 
-Json motion(const Stage& stage, std::int64_t most) {
+Json motion(const Stage& stage, std::int64_t most, bool whole) {
   const Records& r = *stage.records;
   Json panels = Json::array();
   const auto shown = scene::Shown::bands(r.count(), most);
-  for (const auto& p : scene::panels_of(r, *stage.mechanism, stage.springs, shown, stage.run)) {
+  auto drawn_panels = scene::panels_of(r, *stage.mechanism, stage.springs, shown, stage.run);
+  if (whole) drawn_panels = scene::apart_by_size(std::move(drawn_panels));
+  for (const auto& p : drawn_panels) {
     Json lines = Json::array();
     for (const auto& l : p.lines) {
       lines.push_back(

@@ -40,7 +40,9 @@ void add_poses(std::span<const mechanics::Transform<double>> pose, const mechani
 
 /// The panels of scene::motion_panels, of no more than `most` values a line (Shown::bands):
 /// {t, holes, panels: [{what, lines: [{name, v, held?}]}]}, holes [s]: as those of a panel.
-Json motion(const Stage& stage, std::int64_t most);
+/// whole: the records are of a whole run, not of one of several phases; then panels are those of
+/// scene::apart_by_size().
+Json motion(const Stage& stage, std::int64_t most, bool whole);
 
 /// Poses of the moving bodies at no more than `most` records, equally far apart: whole run, and
 /// where records were left out also its beginning, record by record. part: that

@@ -10,6 +10,7 @@
 #include "scene/files/files.h"
 #include "scene/files/hdf5_file.h"
 #include "scene/files/hdf5_reader.h"
+#include "scene/plot/apart_by_size.h"
 #include "scene/read/scene_texts.h"
 #include "scene/run/row_times.h"
 #include "scene/session/detail/summary-inl.h"
@@ -211,9 +212,11 @@ Motion motion_in(const fs::path& folder, std::int64_t most,
         folder.string()));
   const auto phases = records_of(parts);
   const WholeRun run = whole_run(phases);
-  return over_phases(folder, phases, most, shown_of, [&](size_t k, const Shown& shown) {
+  Motion motion = over_phases(folder, phases, most, shown_of, [&](size_t k, const Shown& shown) {
     return panels_of(*phases[k], *moved.mechanisms[k], moved.springs, shown, run);
   });
+  motion.panels = apart_by_size(std::move(motion.panels));
+  return motion;
 }
 
 bool has_scene(const fs::path& folder) {

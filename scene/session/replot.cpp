@@ -12,6 +12,7 @@
 #include "phs/nearest.h"
 #include "scene/assemble/outputs.h"
 #include "scene/files/files.h"
+#include "scene/plot/apart_by_size.h"
 #include "scene/plot/plot.h"
 #include "scene/run/columns.h"
 #include "scene/session/detail/span.h"
@@ -108,8 +109,8 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
   std::vector<std::pair<std::string, std::string>> pictures{
       {"energy_error.svg", draw({residual_of(*records, r)})},
       {"ledger.svg", ledger_plot(series, r.title, plot_subtitle(r))}};
-  if (auto panels = mechanism ? panels_of(*records, *mechanism, springs,
-                                          Shown::bands(records->count(), most_shown))
+  if (auto panels = mechanism ? apart_by_size(panels_of(*records, *mechanism, springs,
+                                                        Shown::bands(records->count(), most_shown)))
                               : std::vector<TracePanel>();
       !panels.empty()) {
     for (TracePanel& p : panels) p.holes = series.holes;

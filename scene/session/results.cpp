@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "scene/files/files.h"
+#include "scene/plot/apart_by_size.h"
 #include "scene/plot/ledger_plot.h"
 #include "scene/plot/panel_plot.h"
 #include "scene/plot/plot.h"
@@ -53,8 +54,8 @@ std::string motion(const Scene& scene, const Assembly& assembly, const RunReport
   if (!assembly.mechanism) return "";
   const auto rows = open_log(log, assembly.model->description(), RecordLayout(scene, assembly),
                              Shown::bands(r.records, most_shown).rows());
-  auto panels = panels_of(*rows, *assembly.mechanism, springs_of(scene),
-                          Shown::bands(rows->count(), most_shown));
+  auto panels = apart_by_size(panels_of(*rows, *assembly.mechanism, springs_of(scene),
+                                        Shown::bands(rows->count(), most_shown)));
   for (TracePanel& p : panels) p.holes = gaps;
   return panels.empty() ? "" : trace_plot(panels, scene.title, plot_subtitle(r));
 }

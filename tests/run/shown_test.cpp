@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "scene/plot/apart_by_size.h"
+
 namespace porthos::test::shown_test {
 namespace {
 
@@ -99,6 +101,40 @@ TEST(Shown, FewRecordsAreShownAsTheyAre) {
   const Shown one_more = Shown::bands(5, 4);  // nan only where a part has no other
   const auto v = one_more.values({std::nan(""), 2, 3, std::nan(""), 1});
   EXPECT_EQ(v, (std::vector<double>{2, 2, 3, 1}));
+}
+
+/// "what: a b" of every panel, with its note.
+std::vector<std::string> told(const std::vector<scene::TracePanel>& panels) {
+  std::vector<std::string> all;
+  for (const auto& p : panels) {
+    std::string text = p.what + ":";
+    for (const auto& l : p.lines) text += " " + l.name;
+    all.push_back(text + (p.others.empty() ? "" : " (" + p.others + ")"));
+  }
+  return all;
+}
+scene::TraceLine line(const char* name, double size) {
+  return {name, {0, 1, 2}, {0, -size, std::nan("")}};
+}
+
+// Controls: what is a hundred times smaller at most, 0 or rounding stays, and so do other panels.
+TEST(ApartBySize, SmallLinesHaveAPanelOfTheirOwn) {
+  using Told = std::vector<std::string>;
+  const auto of = [](const char* what, std::vector<scene::TraceLine> lines) {
+    return told(scene::apart_by_size({{what, std::move(lines)}}));
+  };
+  EXPECT_EQ(
+      of("outputs [N]", {line("a", 2), line("b", 900), line("c", 9.1), line("d", 0)}),
+      (Told{"outputs [N]: b c d (1 other is in 'outputs, smaller')", "outputs, smaller [N]: a"}));
+  EXPECT_EQ(
+      of("torques of motors [N m]",
+         {line("a", 1e-5), line("b", 1e3), line("c", 1), line("d", 1e-4), line("e", 1e-7)}),
+      (Told{"torques of motors [N m]: b e (3 others are in 'torques of motors, smaller')",
+            "torques of motors, smaller [N m]: c", "torques of motors, smaller 2 [N m]: a d"}));
+  EXPECT_EQ(of("powers of motors [W]", {line("a", 1), line("b", 99)}),
+            (Told{"powers of motors [W]: a b"}));
+  EXPECT_EQ(of("joints [rad]", {line("a", 1), line("b", 900)}), (Told{"joints [rad]: a b"}));
+  EXPECT_EQ(of("outputs [N]", {}), (Told{"outputs [N]:"}));
 }
 
 }  // namespace
