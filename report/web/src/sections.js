@@ -126,12 +126,12 @@ export function motion(d) {
   if (!m) return null;
   const plots = m.panels.flatMap((p) => {
     const [, title, unit] = p.what.match(/^(.*) \[(.*)\]$/), count = Math.ceil(p.lines.length / 8);
-    const shown = title === "joints" || title.includes(" ") ? title[0].toUpperCase() + title.slice(1) : title;  // outputs keep their names
-    const turning = /^(rates of )?joints /.test(p.what) && m.panels.find((q) => q.what === p.what.replace("joints", "turning joints"));
+    const capital = (name) => name[0].toUpperCase() + name.slice(1), shown = title === "joints" || title === "outputs" || title.includes(" ") ? capital(title) : title;  // an output keeps its name
+    const elsewhere = /^(rates of )?joints$/.test(title) ? title.replace("joints", "turning joints") : `${title}, smaller`, others = m.panels.find((q) => q.what === `${elsewhere} [${unit}]`);
     return Array.from({ length: count }, (_, k) => chart({
       title: `${shown}${count > 1 ? `, ${k + 1} of ${count}` : ""}`, unit: unit === "1" ? "" : `[${unit}]`, t: m.t, height: 220,
       lines: p.lines.slice(8 * k, 8 * k + 8).map((l, i) => ({ ...l, colour: `c${i}`, width: 1.4 })),
-      note: turning && k === count - 1 ? `${turning.lines.length === 1 ? "1 other is" : `${turning.lines.length} others are`} in “${title.replace(/joints$/, "turning joints").replace(/^./, (c) => c.toUpperCase())}”.` : "",
+      note: others && k === count - 1 ? `${others.lines.length === 1 ? "1 other is" : `${others.lines.length} others are`} in “${capital(elsewhere)}”.` : "",
     }));
   });
   return section("motion", "Motion",
