@@ -184,7 +184,9 @@ Raises InvalidArgument naming the port, link or number at fault, a force no actu
       R"(Joint springs and dampers of a bandwidth [rad/s] and damping ratio at the rest point: k = M_jj w^2, d = 2 zeta M_jj w,
 M_jj the mass the joint feels there while the others stand still. A PotentialShaping. skip: joints without an actuator, which get
 neither: names of ports or of their joints, "elbow.torque" or "elbow"; another name raises InvalidArgument. Where gravity or a
-spring, JointSpec(stiffness=), acts at them, set compensate = False: nothing can cancel it there.)");
+spring, JointSpec(stiffness=), acts at one, it takes two settings: shaping.compensate = False, since nothing can cancel the
+force there, and in rest the angle at which that joint hangs, where the force is 0 with the others at their rest; another is
+refused as no rest point.)");
   py::class_<es::MatchedLoop, es::ClosedLoop, std::shared_ptr<es::MatchedLoop>>(
       m, "MatchedLoop",
       "A plant under interconnection and damping assignment (IDA-PBC): kinetic and potential "

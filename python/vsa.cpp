@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <span>
+
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/keywords.h"
@@ -18,6 +21,34 @@ using namespace vsa;
 using py::arg;
 using ElasticHandle = std::shared_ptr<Elastic>;
 
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// f(q, theta, sigma, numbers of the item) for numbers, or for arrays that are broadcast as numpy
+/// does: their shape, with that of the item behind it. Of plain numbers the item alone.
+template <class F>
+py::array_t<double> of_each(const Numbers& q, const Numbers& theta, const Numbers& sigma,
+                            const Shape& item, const F& f) {
+  const py::tuple all =
+      py::module_::import("numpy").attr("broadcast_arrays")(q, theta, sigma).cast<py::tuple>();
+  const auto a = all[0].cast<Numbers>(), b = all[1].cast<Numbers>(), c = all[2].cast<Numbers>();
+  Shape shape(a.shape(), a.shape() + a.ndim());
+  shape.insert(shape.end(), item.begin(), item.end());
+  const size_t n = size_of(item);
+  std::vector<double> values(size_t(a.size()) * n);
+  for (size_t i = 0; i < size_t(a.size()); ++i)
+    f(a.data()[i], b.data()[i], c.data()[i], std::span(values).subspan(i * n, n));
+  return as_array(std::move(values), shape);
+}
+/// One number of each: a float of plain numbers.
+template <class F>
+py::object number_of_each(const Numbers& q, const Numbers& theta, const Numbers& sigma,
+                          const F& f) {
+  if (q.ndim() + theta.ndim() + sigma.ndim() == 0)
+    return py::float_(f(*q.data(), *theta.data(), *sigma.data()));
+  return of_each(q, theta, sigma, {},
+                 [&](double x, double y, double z, auto to) { to[0] = f(x, y, z); });
+}
+
 void bind_elastic(py::module_& m) {
   py::class_<vsa::Limits>(
       m, "Limits",
@@ -32,7 +63,7 @@ void bind_elastic(py::module_& m) {
   py::class_<Elastic, ElasticHandle>(
       m, "Elastic",
       "The elastic energy E(q, theta, sigma) of an actuator: q link angle, theta the motor's "
-      "equilibrium angle, sigma what sets the stiffness.")
+      "equilibrium angle, sigma what sets the stiffness: numbers, or arrays that numpy broadcasts.")
       .def_property_readonly("family", [](const Elastic& e) { return e.traits().family; })
       .def_property_readonly("title", [](const Elastic& e) { return e.traits().title; })
       .def_property_readonly(
@@ -43,33 +74,50 @@ void bind_elastic(py::module_& m) {
       .def_property_readonly(
           "remark", [](const Elastic& e) { return e.traits().remark; },
           "What costs its users accuracy, as a stiffness that jumps; empty: nothing known.")
+      .def_property_readonly(
+          "loop", &vsa::measured_loop,
+          "Of a measured spring the width of the loop of its rows, loading above "
+          "unloading [N m]; 0: none that is told from noise.")
       .def(
           "energy",
-          [](const Elastic& e, double q, double theta, double sigma) {
-            return e.energy(q, theta, sigma);
+          [](const Elastic& e, const Numbers& q, const Numbers& theta, const Numbers& sigma) {
+            return number_of_each(q, theta, sigma,
+                                  [&](double x, double y, double z) { return e.energy(x, y, z); });
           },
-          arg("q"), arg("theta"), arg("sigma") = 0.0, "E [J]")
+          arg("q"), arg("theta"), arg("sigma") = 0.0, "E [J]: a float, or an array of their shape")
       .def(
           "slopes",
-          [](const Elastic& e, double q, double theta, double sigma) {
-            const Slopes<double> s = e.slopes(q, theta, sigma);
-            return py::make_tuple(s.q, s.theta, s.sigma);
+          [](const Elastic& e, const Numbers& q, const Numbers& theta, const Numbers& sigma) {
+            const auto slope = [&](double Slopes<double>::*of) {
+              return number_of_each(q, theta, sigma, [&](double x, double y, double z) {
+                return e.slopes(x, y, z).*of;
+              });
+            };
+            return py::make_tuple(slope(&Slopes<double>::q), slope(&Slopes<double>::theta),
+                                  slope(&Slopes<double>::sigma));
           },
           arg("q"), arg("theta"), arg("sigma") = 0.0,
           "dE/d(q, theta, sigma): efforts a motion has to bring up; what the spring does is their "
           "negative.")
-      .def("stiffness", &Elastic::stiffness, arg("q"), arg("theta"), arg("sigma") = 0.0,
-           "d2E/dq2 [N m/rad]")
       .def(
-          "hessian",
-          [](const Elastic& e, double q, double theta, double sigma) {
-            std::vector<double> a;
-            for (const auto& row : e.hessian(q, theta, sigma))
-              a.insert(a.end(), row.begin(), row.end());
-            return as_array(std::move(a), {3, 3});
+          "stiffness",
+          [](const Elastic& e, const Numbers& q, const Numbers& theta, const Numbers& sigma) {
+            return number_of_each(q, theta, sigma, [&](double x, double y, double z) {
+              return e.stiffness(x, y, z);
+            });
           },
           arg("q"), arg("theta"), arg("sigma") = 0.0,
-          "Second derivatives, rows and columns (q, theta, sigma).");
+          "d2E/dq2 [N m/rad]: a float, or an array of their shape")
+      .def(
+          "hessian",
+          [](const Elastic& e, const Numbers& q, const Numbers& theta, const Numbers& sigma) {
+            return of_each(q, theta, sigma, {3, 3}, [&](double x, double y, double z, auto to) {
+              auto at = to.begin();
+              for (const auto& row : e.hessian(x, y, z)) at = std::ranges::copy(row, at).out;
+            });
+          },
+          arg("q"), arg("theta"), arg("sigma") = 0.0,
+          "Second derivatives, rows and columns (q, theta, sigma): (..., 3, 3).");
 }
 
 void bind_families(py::module_& m) {

@@ -171,17 +171,41 @@ Jump largest_jump(const F& f, double most, double least) {
   return largest;
 }
 
-/// ElasticTraits::kink.
+/// φ with so many derivatives by it, one in another.
+template <int order>
+struct Nested {
+  using Inner = typename Nested<order - 1>::Number;
+  using Number = Jet<Inner, 1>;
+  static Number variable(double phi) { return {Nested<order - 1>::variable(phi), 0}; }
+  static double derivative(const Number& x) { return Nested<order - 1>::derivative(x.d[0]); }
+};
+template <>
+struct Nested<0> {
+  using Number = double;
+  static double variable(double phi) { return phi; }
+  static double derivative(double x) { return x; }
+};
+
+/// Where a derivative of that order by φ jumps by more than rounding.
+template <int order>
+Jump jump_of_derivative(const FormulaEnergy& energy, double most, double sigma) {
+  using N = Nested<order>;
+  const auto f = [&](double phi) {
+    return N::derivative(energy.energy(N::variable(phi), typename N::Number(sigma)));
+  };
+  double size = 0;
+  for (int i = 0; i <= 200; ++i) size = std::fmax(size, std::fabs(f(most * (i / 100.0 - 1))));
+  return largest_jump(f, most, 1e-6 * size);
+}
+
+/// ElasticTraits::kink: of a kink to a higher power the first derivatives go on.
 double kink_of(const FormulaEnergy& energy, const Limits& l, bool with_sigma) {
   const double most = std::min(l.deflection, M_PI);
-  for (const double sigma : looked_at(l, with_sigma)) {
-    using Third = Jet<Jet<Jet<double, 1>, 1>, 1>;
-    const auto third = [&](double phi) {
-      return energy.energy(Third({{phi, 0}, 0}, 0), Third(sigma)).d[0].d[0].d[0];
-    };
-    const double size = std::fabs(third(most)) + std::fabs(third(-most));
-    if (const Jump j = largest_jump(third, most, 1e-6 * size); j.to != j.from) return j.at;
-  }
+  for (const double sigma : looked_at(l, with_sigma))
+    for (const Jump& j :
+         {jump_of_derivative<3>(energy, most, sigma), jump_of_derivative<4>(energy, most, sigma),
+          jump_of_derivative<5>(energy, most, sigma), jump_of_derivative<6>(energy, most, sigma)})
+      if (j.to != j.from) return j.at;
   return NAN;
 }
 

@@ -1,6 +1,8 @@
 #include "vsa/table.h"
 
 #include <algorithm>
+#include <array>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -135,8 +137,8 @@ Measurements smooth(const Measurements& measured, const TorqueErrors& errors) {
 void check_stiffness(const Measurements& m, const TorqueErrors& errors) {
   const std::string advice =
       !errors.any() ? "smoothing [N m] takes out noise, of a hysteresis loop half its width"
-      : m.errors_to_state > 0
-          ? "state " + errors_text(errors, m.errors_to_state)
+      : m.errors_to_state.any()
+          ? "state " + errors_text(m.errors_to_state)
           : "state the errors of the torques (of a hysteresis loop half its width)";
   for (size_t j = 0; j < m.sigma.size(); ++j) {
     const Spline row = Splines{m}.row(m.torque, j);
@@ -270,6 +272,33 @@ std::vector<MeasuredTorque> measured_torques(const Elastic& energy) {
 std::vector<double> measured_settings(const Elastic& energy) {
   const auto* table = dynamic_cast<const Tabulated*>(&energy);
   return table ? table->settings : std::vector<double>{};
+}
+
+double measured_loop(const Elastic& energy) {
+  struct Way {
+    double n = 0, sum = 0, squares = 0;
+    double mean() const { return sum / n; }
+    double variance() const { return (squares / n - mean() * mean()) / n; }  // of the mean
+  };
+  double widest = 0;
+  const auto rows = measured_torques(energy);
+  std::map<double, std::array<Way, 2>> ways;  // of each σ: falling, rising
+  for (size_t i = 0; i + 1 < rows.size(); ++i) {
+    const auto &row = rows[i], &after = rows[i + 1];
+    if (after.sigma != row.sigma || after.deflection == row.deflection) continue;
+    Way& way = ways[row.sigma][after.deflection > row.deflection];
+    const double off = row.torque - energy.slopes(row.deflection, 0, row.sigma).q;
+    way.n += 1;
+    way.sum += off;
+    way.squares += off * off;
+  }
+  for (const auto& [sigma, way] : ways) {
+    if (std::min(way[0].n, way[1].n) < 8) continue;
+    const double apart = way[1].mean() - way[0].mean();
+    if (apart > 5 * std::sqrt(way[0].variance() + way[1].variance()))
+      widest = std::max(widest, apart);
+  }
+  return widest;
 }
 
 constexpr const char* no_pretension =

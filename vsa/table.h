@@ -32,9 +32,9 @@ struct Measurements {
   std::vector<double> sigma;       ///< ascending; one or more
   std::vector<double> torque;      ///< ∂E/∂φ, holds the deflection and increases with it [N m]
   std::vector<double> stiffness;   ///< ∂²E/∂φ² [N m/rad], or empty
-  std::vector<double> sigma_effort;  ///< ∂E/∂σ, or empty: E(0, σ) is then 0
-  bool without_errors = false;       ///< the torques are smoothed already
-  double errors_to_state = 0;        ///< in place of those that are too small; 0: none or not known
+  std::vector<double> sigma_effort;   ///< ∂E/∂σ, or empty: E(0, σ) is then 0
+  bool without_errors = false;        ///< the torques are smoothed already
+  TorqueErrors errors_to_state = {};  ///< in place of those that are too small; none: not known
   double one_setting = 0;   ///< settings of σ that differ by less were taken as one, by their mean
   std::string remark = {};  ///< what is odd about it, a sentence for people; empty: nothing
   std::vector<MeasuredTorque> rows = {};  ///< of the file, in its order; empty: not from a file
@@ -71,6 +71,10 @@ ElasticPtr tabulated(const Measurements& m, const Limits& l = {}, double toleran
 
 /// The rows of the file that a tabulated energy is from; empty: of another one.
 std::vector<MeasuredTorque> measured_torques(const Elastic& energy);
+/// The torque by which these rows lie above the energy's curve while the deflection rises, less that
+/// while it falls: the width of a hysteresis loop, of the setting where it is widest [N m]. 0: not
+/// told from noise, which takes eight rows each way and a mean of five standard errors.
+double measured_loop(const Elastic& energy);
 /// The settings of σ of a tabulated energy, ascending; empty: of another one.
 std::vector<double> measured_settings(const Elastic& energy);
 

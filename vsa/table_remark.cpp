@@ -71,19 +71,44 @@ bool swings(const MeasuredCurve& c, const TorqueErrors& errors, double factor) {
   return turns > 3;
 }
 
-/// The least factor from `from` on with which the stiffness of no setting swings, and a tenth more.
-/// 0: none, or the curve then misses the shape.
-double calming(const MeasuredCurves& curves, const TorqueErrors& errors, double from) {
+/// Whether errors are stated so much larger than the torques of this setting scatter that its curve
+/// goes past them by a twentieth of their size.
+bool flattens(const MeasuredCurve& c, const TorqueErrors& errors) {
+  constexpr double much = 1.5, part = 0.05;
+  const auto s = errors.of(c.y, c.of_rows);
+  double of_errors = 0, of_torques = 0;
+  for (size_t i = 0; i < s.size(); ++i) {
+    of_errors += s[i] * s[i];
+    of_torques += c.y[i] * c.y[i];
+  }
+  const double own = scatter_of(c, s, half_loop(c));
+  return own * much < 1 && (1 - own * own) * of_errors > part * part * of_torques;
+}
+
+/// A tenth more than the least multiple of the errors, from `from` on, with which the stiffness of
+/// no setting swings. None: there is none, or a curve then misses its shape.
+TorqueErrors least_calm(const MeasuredCurves& curves, const TorqueErrors& errors, double from) {
   const auto any = [&](auto which) {
     return std::ranges::any_of(curves, [&](const auto& c) { return which(c.second); });
   };
   for (double f = from; f < 8 * from; f *= 1.06) {
     if (any([&](const MeasuredCurve& c) { return swings(c, errors, f); })) continue;
-    const double stated = 1.1 * f;
-    const TorqueErrors more{stated * errors.absolute, stated * errors.relative};
-    return any([&](const MeasuredCurve& c) { return misses_the_shape(c, more); }) ? 0 : stated;
+    const TorqueErrors more{1.1 * f * errors.absolute, 1.1 * f * errors.relative};
+    const bool bent = any([&](const MeasuredCurve& c) {
+      return misses_the_shape(c, more) || (curves.size() > 1 && flattens(c, more));
+    });
+    return bent ? TorqueErrors{} : more;
   }
-  return 0;
+  return {};
+}
+
+/// The same; where errors of one size miss a shape, errors relative to the torques.
+TorqueErrors calming(const MeasuredCurves& curves, const TorqueErrors& errors, double from) {
+  const TorqueErrors found = least_calm(curves, errors, from);
+  if (found.any() || curves.size() < 2 || errors.relative > 0) return found;
+  const TorqueErrors hardly{0, 0.005}, more{0, 0.04};
+  const TorqueErrors small = least_calm(curves, hardly, 1);
+  return small.any() ? small : least_calm(curves, more, 1);
 }
 
 }  // namespace
@@ -109,17 +134,18 @@ double half_loop(const MeasuredCurve& c) {
   return mean > 5 * std::sqrt(variance / n) ? mean : 0;
 }
 
-double errors_to_state(const MeasuredCurves& curves, const TorqueErrors& errors) {
-  if (!errors.any()) return 0;
+TorqueErrors errors_to_state(const MeasuredCurves& curves, const TorqueErrors& errors) {
+  if (!errors.any()) return {};
   const bool calm =
       std::ranges::none_of(curves, [&](const auto& c) { return swings(c.second, errors, 1); });
-  return calm ? 0 : calming(curves, errors, 1) * std::max(errors.absolute, errors.relative);
+  return calm ? TorqueErrors{} : calming(curves, errors, 1);
 }
 
-std::string errors_text(const TorqueErrors& stated, double x) {
+std::string errors_text(const TorqueErrors& to_state) {
+  const double x = std::max(to_state.absolute, to_state.relative);
   const double digit = std::pow(10, std::floor(std::log10(x)) - 1);
   return fmt::format("{:g} {}", std::ceil(x / digit - 1e-9) * digit,
-                     stated.absolute > 0 ? "N m" : "as relative_smoothing");
+                     to_state.absolute > 0 ? "N m" : "as relative_smoothing");
 }
 
 std::vector<double> TorqueErrors::of(const std::vector<double>& torques,
@@ -158,19 +184,19 @@ std::string remark_on(const Measurements& m, const MeasuredCurves& curves,
   const auto at = [&](double sigma) {
     return curves.size() > 1 ? fmt::format(" at sigma = {:.4g}", sigma) : "";
   };
-  const double unit = std::max(errors.absolute, errors.relative);
-  const auto stating = [&](double factor) {
-    return factor > 0 ? "; state " + errors_text(errors, factor * unit) : "";
+  const auto stating = [](const TorqueErrors& to_state) {
+    return to_state.any() ? "; state " + errors_text(to_state) : "";
   };
   if (least < 1) {  // exact ones, or another setting scatters by more: no number
     const bool known = roughest > 1e-3 && roughest <= 1;
-    const double factor = known ? calming(curves, errors, roughest) : 0;
-    if (factor < 0.9)  // else the smaller ones would be followed
+    const TorqueErrors less = known ? calming(curves, errors, roughest) : TorqueErrors{};
+    // else the smaller ones would be followed
+    if (less.absolute < 0.9 * errors.absolute || less.relative < 0.9 * errors.relative)
       return fmt::format(
           "{}: the errors that smoothing states are {} times what neighbours scatter by{}: the "
           "curve may be flattened{}",
           path, least < 1e-3 ? "over 1000" : fmt::format("{:.2g}", 1 / least), at(where_least),
-          stating(factor));
+          stating(less));
   }
   if (most > 0 && half > 0)
     return fmt::format(
@@ -183,11 +209,11 @@ std::string remark_on(const Measurements& m, const MeasuredCurves& curves,
         "{}: neighbours scatter by {:.3g} times the errors that smoothing states{}: the curve may "
         "follow the errors, and its stiffness more so{}",
         path, most, at(where_most), stating(calming(curves, errors, most)));
-  if (m.errors_to_state > 0)
+  if (m.errors_to_state.any())
     return fmt::format(
         "{}: the stiffness goes to and fro by a tenth and more, as the errors do: the curve "
         "follows them{}",
-        path, stating(m.errors_to_state / unit));
+        path, stating(m.errors_to_state));
   for (const auto& [sigma, c] : curves)
     if (misses_the_shape(c, errors))
       return fmt::format(

@@ -148,20 +148,25 @@ std::string SwingUpTrials::words() {
   return of_none(tried, at_levels.front());
 }
 
-/// Whether more time, a higher rate or a larger limit would do.
+/// Whether more time, a higher rate, a larger limit or another start would do.
 std::string SwingUpTrials::of_none(size_t tried, double level) {
   const auto at_bandwidths = bandwidths();
+  const auto at_pumps = pumps();
+  const auto [least, most] = std::ranges::minmax(at_pumps);
   const std::string none = fmt::format(
-      "in runs of the mechanism alone none of {} settings of pump, energy_margin and level hands "
-      "over and holds with bandwidth = {:g}, the only {} tried",
-      tried, fmt::join(at_bandwidths, " or "), at_bandwidths.size() > 1 ? "ones" : "one");
+      "in runs of the mechanism alone none of {} settings of pump ({:g} to {:g}), energy_margin "
+      "and level hands over and holds with bandwidth = {:g}, the only {} tried",
+      tried, least, most, fmt::join(at_bandwidths, " or "),
+      at_bandwidths.size() > 1 ? "ones" : "one");
   struct Help {
     const char* words;
     Change change;
   };
   const Help all[] = {{"in three times the duration", {.longer = 3}},
                       {"at four times the rate", {.faster = 4}},
-                      {"with three times the limit", {.limits = 3}}};
+                      {"with three times the limit", {.limits = 3}},
+                      {"from 0.3 rad (m) more of each coordinate", {.start = 0.3}},
+                      {"from 0.3 rad (m) less of each coordinate", {.start = -0.3}}};
   std::string tried_too;
   for (const Help& help : all) {
     if (help.change.limits > 1 && of_->gains.limit == HUGE_VAL) continue;

@@ -86,13 +86,21 @@ class Scene:
         """States, ports, invariants, plan and the measured cost of one evaluation."""
         return _core.info_text(self.data, self.assembly)
 
-    def run(self, out: PathLike | None = None, *, resume: bool = False, progress: Tell = None) -> Result:
+    def run(self, out: PathLike | None = None, *, resume: bool = False, memory: bool = False, progress: Tell = None) -> Result:
         """Runs the scene into the folder `out` (default: results/<name of the scene>) and judges it.
 
+        memory: no folder and no files; the records, outputs too, stay in memory, with the same bits: for fits that run many times.
+        Raises InvalidArgument then for scenes with events or an orbit.
         resume: continue from the checkpoint in the folder. progress: True, False, None (in terminals and notebooks), or a
         function of (fraction, spent, left). Ctrl-C saves a checkpoint and raises KeyboardInterrupt.
         """
-        return _into(self.data, self.assembly, out or self._out(), resume, False, progress)
+        if not memory:
+            return _into(self.data, self.assembly, out or self._out(), resume, False, progress)
+        if out is not None or resume:
+            raise InvalidArgument(f"{'resume' if out is None else 'out'} is given with memory=True, which has no folder, expected one of both")
+        result = _in_memory(self.data, self.assembly, False, progress)
+        result.mechanism = self.assembly.mechanism
+        return result
 
     def _out(self, suffix: str = "") -> Path:
         return Path("results") / (_name_of(self.path) + self._suffix + suffix)

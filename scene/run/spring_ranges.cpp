@@ -21,9 +21,10 @@ SpringRanges::SpringRanges(const Scene& scene, const Assembly& assembly, const R
   for (const JointActuator& a : scene.actuators) {
     if (a.actuator.elastic->traits().family == "tabulated") table("actuator", a.name);
     if (const double kink = a.actuator.elastic->traits().kink; !std::isnan(kink))
-      kinks_.push_back(fmt::format(
-          "the third derivative of the energy of actuator '{}' jumps at phi = {:.4g} rad", a.name,
-          std::fabs(kink) < 1e-12 ? 0 : kink));
+      kinks_.push_back(
+          fmt::format("a derivative of third to sixth order of the energy of actuator '{}' jumps "
+                      "at phi = {:.4g} rad",
+                      a.name, std::fabs(kink) < 1e-12 ? 0 : kink));
     if (!a.remark.empty()) remarks_.push_back(a.remark);
     const ActuatorPlace at = place_of(a, assembly.model->description());
     const vsa::ElasticTraits& t = a.actuator.elastic->traits();

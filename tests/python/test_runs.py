@@ -383,3 +383,23 @@ def test_a_table_of_a_run(source, tmp_path):
     scene = ph.Scene(source / "examples/double_pendulum/scene.toml")
     with pytest.raises(ph.InvalidArgument, match="the run is in memory"):
         ph.simulate(scene.model, scene.assembly.initial.x, step=0.01, duration=0.1).to_csv(tmp_path / "x.csv")
+
+
+def test_a_scene_in_memory_has_the_bits_of_its_folder(source, tmp_path, monkeypatch):
+    (tmp_path / "double_pendulum.urdf").write_text((source / "examples/double_pendulum/double_pendulum.urdf").read_text())
+    path = tmp_path / "scene.toml"
+    path.write_text((source / "examples/double_pendulum/scene.toml").read_text() + "\n[[output]]\nquantity = 'position'\nname = 'tip'\nlink = 'lower'\n")
+    monkeypatch.chdir(tmp_path)
+    scene = ph.Scene(path, duration=2)
+    before = set(tmp_path.iterdir())
+    here = scene.run(memory=True, progress=False)
+    assert here.passed and here.folder is None and set(tmp_path.iterdir()) == before, "no files"
+    there = scene.run(tmp_path / "out", progress=False)
+    for name in ("time", "state/elbow", "momentum/elbow", "energy_error", "output/tip"):
+        assert np.array_equal(here[name], there[name]), name
+    assert here["output/tip"].shape == (len(here.time), 3) and "joints [rad]" in here.motion()
+    assert not np.array_equal(here["state/elbow"], ph.Scene(path, duration=2, change={"initial.joints.elbow.position": 0.1}).run(memory=True)["state/elbow"])  # control
+    refused(lambda: scene.run(tmp_path / "out", memory=True), "out is given with memory=True, which has no folder")
+    refused(lambda: scene.run(memory=True, resume=True), "resume is given with memory=True")
+    with pytest.raises(ph.InvalidArgument, match="cannot run in memory"):
+        ph.Scene(source / "examples/ets_vii_orbit/scene.toml").run(memory=True)

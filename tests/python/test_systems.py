@@ -314,6 +314,13 @@ def test_actuators_of_the_catalogue(pendulum):
     E = lambda q: elastic.energy(q, 0.1, 0.2)
     assert elastic.slopes(0.3, 0.1, 0.2)[0] == pytest.approx((E(0.3 + h) - E(0.3 - h)) / (2 * h), rel=1e-8)
     assert elastic.hessian(0.3, 0.1, 0.2)[0, 0] == elastic.stiffness(0.3, 0.1, 0.2)
+    q, sigma = np.linspace(-0.3, 0.3, 7), np.array([[0.1], [0.2]])
+    for many in (elastic.energy, elastic.stiffness, lambda *at: elastic.slopes(*at)[2], elastic.hessian):
+        grid = many(q, 0.1, sigma)  # broadcast as numpy does
+        assert grid.shape[:2] == (2, 7) and all(np.array_equal(grid[j, i], many(q[i], 0.1, sigma[j, 0])) for j in range(2) for i in range(7))
+    assert type(elastic.stiffness(0.3, 0)) is float and elastic.hessian(0.3, 0).shape == (3, 3) and elastic.loop == 0
+    with pytest.raises(ValueError, match="broadcast"):
+        elastic.energy(q, np.zeros(3))
     refused(lambda: vsa.device("qbmove"), "qbmove_advanced", most=500)
     assert vsa.families()["series_elastic"]["k"] == "N m/rad"
     spring = vsa.make_elastic("series_elastic", k=100.0)

@@ -297,8 +297,9 @@ TEST(SwingUpScene, WhereNoSettingsDoTheNoteSaysWhatIsMissing) {
   brief.duration = 2.5;
   const std::string note = handover_of(run_of(brief));
   EXPECT_TRUE(has(note,
-                  "settings of pump, energy_margin and level hands over and holds with "
-                  "bandwidth = 1, the only one tried"));
+                  "settings of pump (3.3 to 45), energy_margin and level hands over and "
+                  "holds with bandwidth = 1, the only one tried"))
+      << note;
   auto stated = without_friction(folder, 100, "bandwidth = 3\npump = 3.3\n");
   stated.duration = brief.duration;
   EXPECT_TRUE(has(handover_of(run_of(stated)),
@@ -307,6 +308,10 @@ TEST(SwingUpScene, WhereNoSettingsDoTheNoteSaysWhatIsMissing) {
   auto longer = without_friction(folder, 100, named);
   longer.duration = 3 * brief.duration;
   EXPECT_TRUE(has(handover_of(run_of(longer)), "handed over")) << named;
+  auto still = without_friction(folder, 100, "bandwidth = 1\npump = 3.3\n");
+  still.joints.at("swing").position = 0;  // at rest no law of the energy begins
+  EXPECT_TRUE(has(handover_of(run_of(still)), "; from 0.3 rad (m) more of each coordinate pump = "))
+      << handover_of(run_of(still));
 }
 
 TEST(SwingUpScene, TheRotaryPendulumGoesUpAgainstFriction) {
