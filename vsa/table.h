@@ -71,9 +71,9 @@ ElasticPtr tabulated(const Measurements& m, const Limits& l = {}, double toleran
 
 /// The rows of the file that a tabulated energy is from; empty: of another one.
 std::vector<MeasuredTorque> measured_torques(const Elastic& energy);
-/// The torque by which these rows lie above the energy's curve while the deflection rises, less that
-/// while it falls: the width of a hysteresis loop, of the setting where it is widest [N m]. 0: not
-/// told from noise, which takes eight rows each way and a mean of five standard errors.
+/// The torque by which these rows lie above the energy's curve while the deflection rises, less
+/// that while it falls: the width of a hysteresis loop, of the setting where it is widest [N m].
+/// 0: not told from noise, which takes eight rows each way and a mean of five standard errors.
 double measured_loop(const Elastic& energy);
 /// The settings of σ of a tabulated energy, ascending; empty: of another one.
 std::vector<double> measured_settings(const Elastic& energy);

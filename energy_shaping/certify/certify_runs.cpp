@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "energy_shaping/certify/detail/held_offset.h"
@@ -21,6 +22,13 @@ double distance(const ClosedLoop& loop, const Vec& x) {
   double d = 0;
   for (size_t i = 0; i < x.size(); ++i) d = std::max(d, std::fabs(x[i] - loop.rest()[i]));
   return d;
+}
+
+/// The time after which H_d stays as near to that of the rest as `left` [s].
+double settling_time(const Run& r, double rest, double left) {
+  size_t k = r.H.size();
+  while (k > 0 && std::fabs(r.H[k - 1] - rest) <= left) --k;
+  return k < r.t.size() ? r.t[k] : HUGE_VAL;
 }
 
 }  // namespace
@@ -46,6 +54,42 @@ void certify_periods(const ClosedLoop& loop, const std::vector<double>& periods,
 
 std::string of_start(const CertifyOptions& o, size_t s) {
   return o.starts.size() > 1 ? fmt::format(", start {}", s + 1) : "";
+}
+
+/// Whether the limits are why a run does not settle, by the same run without them.
+/// @param free_run  (H_d settles, the time it takes [s])
+void add_help_on_limits(const Run& r, double limited_from,
+                        const std::function<std::pair<bool, double>()>& free_run, bool has_settled,
+                        Certificate& c) {
+  std::string cause;
+  if (!has_settled)
+    if (const auto [settles, time] = free_run(); settles)
+      cause = fmt::format("the limit is the cause: without it H_d settles in {:.3g} s", time);
+  if (r.H.front() > limited_from)
+    c.help(
+        fmt::format("{}the limit acts from H_d = {:.4g} and the start has {:.4g}: raise the "
+                    "limit, or start below that level",
+                    cause.empty() ? "" : cause + "; ", limited_from, r.H.front()));
+  else if (!cause.empty())
+    c.help(cause + ": raise the limit, or start nearer to the rest");
+}
+
+/// Runs of other plants under the law.
+void certify_plants(const ClosedLoop& loop, const CertifyOptions& o,
+                    const std::function<bool(const Run&)>& settled, Certificate& c) {
+  if (o.plants.empty() || o.starts.empty()) return;
+  size_t good = 0, all = 0;
+  for (const auto& plant : o.plants)
+    for (const auto& start : o.starts) {
+      RunOptions run = o.run;
+      run.plant = plant.get();
+      run.period = o.periods.back();
+      run.record = run.duration / 10;
+      good += settled(simulate(loop, start, run));
+      ++all;
+    }
+  c.report("settles with other parameters", double(good) / double(all),
+           fmt::format("{} of {} runs on {} plants", good, all, o.plants.size()));
 }
 
 void certify_runs(const ClosedLoop& loop, const CertifyOptions& o, double limited_from,
@@ -92,11 +136,19 @@ void certify_runs(const ClosedLoop& loop, const CertifyOptions& o, double limite
              {},
              lost ? Vec(r.x.back().begin(), r.x.back().begin() + long(loop.rest().size() / 2))
                   : Vec{}});
-      if (r.H.front() > limited_from)
-        c.help(
-            fmt::format("the limit acts from H_d = {:.4g} and the start has {:.4g}: raise the "
-                        "limit, or start below that level",
-                        limited_from, r.H.front()));
+      if (!run.limits.empty())
+        add_help_on_limits(
+            r, limited_from,
+            [&] {
+              RunOptions unlimited = run;
+              unlimited.limits = {};
+              const Run other = simulate(loop, o.starts[s], unlimited);
+              return std::pair(settled(other), settling_time(other, rest, o.settled * H0));
+            },
+            settled(r), c);
+      if (H0 > 0 && settled(r))
+        c.report(name + ", settling time", settling_time(r, rest, o.settled * H0),
+                 fmt::format("[s] until H_d stays below {:g} of its start", o.settled));
       // With a hold H_d may rise; with the law in continuous time it must not.
       const double allowed = 1e-11 * std::max(H0, std::fabs(rest));
       const std::string rise = name + ", rise of H_d";
@@ -113,19 +165,7 @@ void certify_runs(const ClosedLoop& loop, const CertifyOptions& o, double limite
                share_of_limits(r.peak, run.limits), r.peak.size() > 1 ? r.peak : Vec{});
     }
   certify_periods(loop, o.periods, c);
-  if (o.plants.empty() || o.starts.empty()) return;
-  size_t good = 0, all = 0;
-  for (const auto& plant : o.plants)
-    for (const auto& start : o.starts) {
-      RunOptions run = o.run;
-      run.plant = plant.get();
-      run.period = o.periods.back();
-      run.record = run.duration / 10;
-      good += settled(simulate(loop, start, run));
-      ++all;
-    }
-  c.report("settles with other parameters", double(good) / double(all),
-           fmt::format("{} of {} runs on {} plants", good, all, o.plants.size()));
+  certify_plants(loop, o, settled, c);
 }
 
 }  // namespace porthos::energy_shaping

@@ -68,8 +68,8 @@ inline BandwidthGains bandwidth_gains(double mass, double bandwidth, double damp
 
 /// Joint springs and dampers with bandwidth_gains() of felt_masses() at the rest point. For
 /// joints of one degree of freedom that are not in `skip`; those have no actuator either. Where
-/// gravity or a spring acts at one of them, PotentialLoop takes two settings: `compensate` false, and
-/// in `rest` the angle at which that joint hangs, where the force is 0.
+/// gravity or a spring acts at one of them, PotentialLoop takes two settings: `compensate` false,
+/// and in `rest` the angle at which that joint hangs, where the force is 0.
 /// @param bandwidth [rad/s]
 /// @param skip  ports ("elbow.torque") or their joints ("elbow")
 /// @throws InvalidArgument for a name in `skip` that is neither, for a rest of the wrong size, and

@@ -89,8 +89,8 @@ struct Identification {
 /// Each iteration costs a run and a run with a tangent for each parameter.
 /// @param log  path of the file, as read_log()
 /// @throws InvalidArgument as differentiable_steps(), phs::linearise(), Unknowns, read_log(); for
-///   [[actuator]]s whose motors move, times in ms and rates in degrees that show it, and for a log
-///   with fewer numbers than parameters
+///   [[actuator]]s whose motors move, for times in ms and rates in degrees that show it, and for a
+///   log with fewer numbers than parameters
 Identification identify(const Scene& scene, const std::string& log,
                         const IdentificationRequest& request);
 /// The same from columns.

@@ -325,11 +325,28 @@ TEST(Certify, LimitsOfTheInputsActInTheRuns) {
   };
   EXPECT_TRUE(says(limited, "basin, H_d", "inside the basin"));
   EXPECT_TRUE(helps(limited, "the limit acts from H_d = "));
+  EXPECT_FALSE(helps(limited, "the limit is the cause"))
+      << "it does not settle in 1 s without, either";
   EXPECT_TRUE(helps(free, "start where H_d is below the basin's c"));
   EXPECT_FALSE(helps(free, "the limit acts"));
   const double level = from(limited.item("input on the basin").text);
   EXPECT_GT(level, 0);
   EXPECT_LT(level, limited.item("basin, c - H_d(rest)").value);
+  // Where a run settles without it, the limit is the cause; how long it takes is told of both.
+  auto longer = options_of(*loop, {0.5, 0, 0, 0}, 30);
+  const auto settling = [](const Certificate& of) {
+    const std::string name = "run, continuous, settling time";
+    return of.has(name) ? of.item(name).value : HUGE_VAL;
+  };
+  const double alone = settling(certify(*loop, longer));
+  EXPECT_TRUE(alone > 1 && alone < 30) << alone;
+  longer.run.limits = {1};
+  const auto lost = certify(*loop, longer);
+  EXPECT_EQ(settling(lost), HUGE_VAL);
+  EXPECT_TRUE(helps(
+      lost,
+      fmt::format("the limit is the cause: without it H_d settles in {:.3g} s", alone).c_str()))
+      << remedy(lost.item("run, continuous"));
   o.run.limits = {1e4};
   const auto wide = certify(*loop, o);
   EXPECT_TRUE(says(wide, "input on the basin", "; it does not act below c"));

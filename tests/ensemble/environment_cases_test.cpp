@@ -120,7 +120,7 @@ TEST(EnvironmentCases, OtherSystemsAreRefused) {
   EXPECT_EQ(said(springs()), "") << "control";
 }
 
-/// Resets after the end of episodes leave out no draw; control: one within an episode begins
+/// Resets after the end of episodes leave out no draw. Control: one within an episode begins
 /// another.
 TEST(EnvironmentCases, AResetAfterAnEndKeepsTheEpisodeThatHasBegun) {
   EnvironmentOptions o{.count = 2, .step = 0.05, .seed = 3, .longest = 1};

@@ -20,9 +20,9 @@ using MeasuredCurves = std::map<double, MeasuredCurve>;  ///< by σ
 /// a mean of at least five standard errors tells it from noise; else 0.
 double half_loop(const MeasuredCurve& c);
 /// What is to be stated in place of errors with which the stiffness of some setting swings as
-/// errors do: a tenth more than the least with which none does. Where that flattens another setting,
-/// whose torques scatter less, an error relative to each torque. None: none swings, or nothing helps
-/// up to eight times as much, since the spring itself is so.
+/// errors do: a tenth more than the least with which none does. Where that flattens another
+/// setting, whose torques scatter less, an error relative to each torque. None: none swings, or
+/// nothing helps up to eight times as much, since the spring itself is so.
 TorqueErrors errors_to_state(const MeasuredCurves& curves, const TorqueErrors& errors);
 /// "0.17 N m" or "0.03 as relative_smoothing", not below what is to be stated.
 std::string errors_text(const TorqueErrors& to_state);
