@@ -21,16 +21,17 @@ using namespace vsa;
 using py::arg;
 using ElasticHandle = std::shared_ptr<Elastic>;
 
-using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using SpringNumbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 /// f(q, theta, sigma, numbers of the item) for numbers, or for arrays that are broadcast as numpy
 /// does: their shape, with that of the item behind it. Of plain numbers the item alone.
 template <class F>
-py::array_t<double> of_each(const Numbers& q, const Numbers& theta, const Numbers& sigma,
-                            const Shape& item, const F& f) {
+py::array_t<double> of_each(const SpringNumbers& q, const SpringNumbers& theta,
+                            const SpringNumbers& sigma, const Shape& item, const F& f) {
   const py::tuple all =
       py::module_::import("numpy").attr("broadcast_arrays")(q, theta, sigma).cast<py::tuple>();
-  const auto a = all[0].cast<Numbers>(), b = all[1].cast<Numbers>(), c = all[2].cast<Numbers>();
+  const auto a = all[0].cast<SpringNumbers>(), b = all[1].cast<SpringNumbers>(),
+             c = all[2].cast<SpringNumbers>();
   Shape shape(a.shape(), a.shape() + a.ndim());
   shape.insert(shape.end(), item.begin(), item.end());
   const size_t n = size_of(item);
@@ -41,8 +42,8 @@ py::array_t<double> of_each(const Numbers& q, const Numbers& theta, const Number
 }
 /// One number of each: a float of plain numbers.
 template <class F>
-py::object number_of_each(const Numbers& q, const Numbers& theta, const Numbers& sigma,
-                          const F& f) {
+py::object number_of_each(const SpringNumbers& q, const SpringNumbers& theta,
+                          const SpringNumbers& sigma, const F& f) {
   if (q.ndim() + theta.ndim() + sigma.ndim() == 0)
     return py::float_(f(*q.data(), *theta.data(), *sigma.data()));
   return of_each(q, theta, sigma, {},
@@ -80,14 +81,16 @@ void bind_elastic(py::module_& m) {
           "unloading [N m]; 0: none that is told from noise.")
       .def(
           "energy",
-          [](const Elastic& e, const Numbers& q, const Numbers& theta, const Numbers& sigma) {
+          [](const Elastic& e, const SpringNumbers& q, const SpringNumbers& theta,
+             const SpringNumbers& sigma) {
             return number_of_each(q, theta, sigma,
                                   [&](double x, double y, double z) { return e.energy(x, y, z); });
           },
           arg("q"), arg("theta"), arg("sigma") = 0.0, "E [J]: a float, or an array of their shape")
       .def(
           "slopes",
-          [](const Elastic& e, const Numbers& q, const Numbers& theta, const Numbers& sigma) {
+          [](const Elastic& e, const SpringNumbers& q, const SpringNumbers& theta,
+             const SpringNumbers& sigma) {
             const auto slope = [&](double Slopes<double>::*of) {
               return number_of_each(q, theta, sigma, [&](double x, double y, double z) {
                 return e.slopes(x, y, z).*of;
@@ -101,7 +104,8 @@ void bind_elastic(py::module_& m) {
           "negative.")
       .def(
           "stiffness",
-          [](const Elastic& e, const Numbers& q, const Numbers& theta, const Numbers& sigma) {
+          [](const Elastic& e, const SpringNumbers& q, const SpringNumbers& theta,
+             const SpringNumbers& sigma) {
             return number_of_each(q, theta, sigma, [&](double x, double y, double z) {
               return e.stiffness(x, y, z);
             });
@@ -110,7 +114,8 @@ void bind_elastic(py::module_& m) {
           "d2E/dq2 [N m/rad]: a float, or an array of their shape")
       .def(
           "hessian",
-          [](const Elastic& e, const Numbers& q, const Numbers& theta, const Numbers& sigma) {
+          [](const Elastic& e, const SpringNumbers& q, const SpringNumbers& theta,
+             const SpringNumbers& sigma) {
             return of_each(q, theta, sigma, {3, 3}, [&](double x, double y, double z, auto to) {
               auto at = to.begin();
               for (const auto& row : e.hessian(x, y, z)) at = std::ranges::copy(row, at).out;

@@ -144,18 +144,21 @@ void check_poles(const Elastic& e, bool with_sigma) {
 }
 
 /// Where a function of φ jumps most between neighbours of a grid: it changes there by more than
-/// `least` however near the two places are.
+/// `least` and by as much however near the two places are. The grid has no round numbers, at which
+/// the branches of abs, min and max meet: a value there alone is no jump.
 struct Jump {
   double at = 0, from = 0, to = 0;
 };
 template <class F>
 Jump largest_jump(const F& f, double most, double least) {
-  constexpr int intervals = 200, halvings = 45;
+  constexpr int intervals = 200, halvings = 45, near = 30;
+  const auto place = [&](int i) { return most * std::min((2 * i - 0.74) / intervals - 1, 1.0); };
   Jump largest;
-  for (int i = 0; i < intervals; ++i) {
-    double a = most * (2.0 * i / intervals - 1), b = most * (2.0 * (i + 1) / intervals - 1);
+  for (int i = 0; i <= intervals; ++i) {
+    double a = std::max(place(i), -most), b = place(i + 1), when_near = 0;
     double at_a = f(a), at_b = f(b);
     for (int k = 0; k < halvings && std::fabs(at_b - at_a) > least; ++k) {
+      if (k == near) when_near = at_b - at_a;
       const double middle = 0.5 * (a + b), there = f(middle);
       if (std::fabs(there - at_a) > std::fabs(at_b - there)) {
         b = middle;
@@ -165,7 +168,8 @@ Jump largest_jump(const F& f, double most, double least) {
         at_a = there;
       }
     }
-    if (std::fabs(at_b - at_a) > std::max(least, std::fabs(largest.to - largest.from)))
+    const double jump = std::fabs(at_b - at_a), largest_yet = std::fabs(largest.to - largest.from);
+    if (jump > std::max({least, largest_yet, 0.5 * std::fabs(when_near)}))
       largest = {b, at_a, at_b};
   }
   return largest;

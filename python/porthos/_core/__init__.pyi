@@ -1549,7 +1549,7 @@ class Environment:
         """Seconds from action to action."""
         ...
     def reset(self, seed: Optional[int] = None) -> Any:
-        """Begins the first episode of a seed in every environment; without one, the next episode. Returns observations."""
+        """Begins the first episode of a seed in every environment; without one, the next episode, which is the one that the last step began where it ended one. Returns observations."""
         ...
     def reset_each(self, seeds: list[int]) -> Any:
         """The same with a seed for each environment."""

@@ -40,7 +40,7 @@ class Limits:
     def sigma_stop_stiffness(self, value: float) -> None: ...
 
 class Elastic:
-    """The elastic energy E(q, theta, sigma) of an actuator: q link angle, theta the motor's equilibrium angle, sigma what sets the stiffness."""
+    """The elastic energy E(q, theta, sigma) of an actuator: q link angle, theta the motor's equilibrium angle, sigma what sets the stiffness: numbers, or arrays that numpy broadcasts."""
     @property
     def family(self) -> str: ...
     @property
@@ -57,17 +57,21 @@ class Elastic:
     def remark(self) -> str:
         """What costs its users accuracy, as a stiffness that jumps; empty: nothing known."""
         ...
-    def energy(self, q: float, theta: float, sigma: float = 0.0) -> float:
-        """E [J]"""
+    @property
+    def loop(self) -> float:
+        """Of a measured spring the width of the loop of its rows, loading above unloading [N m]; 0: none that is told from noise."""
         ...
-    def slopes(self, q: float, theta: float, sigma: float = 0.0) -> tuple:
+    def energy(self, q: NDArray[numpy.float64], theta: NDArray[numpy.float64], sigma: NDArray[numpy.float64] = 0.0) -> Any:
+        """E [J]: a float, or an array of their shape"""
+        ...
+    def slopes(self, q: NDArray[numpy.float64], theta: NDArray[numpy.float64], sigma: NDArray[numpy.float64] = 0.0) -> tuple:
         """dE/d(q, theta, sigma): efforts a motion has to bring up; what the spring does is their negative."""
         ...
-    def stiffness(self, q: float, theta: float, sigma: float = 0.0) -> float:
-        """d2E/dq2 [N m/rad]"""
+    def stiffness(self, q: NDArray[numpy.float64], theta: NDArray[numpy.float64], sigma: NDArray[numpy.float64] = 0.0) -> Any:
+        """d2E/dq2 [N m/rad]: a float, or an array of their shape"""
         ...
-    def hessian(self, q: float, theta: float, sigma: float = 0.0) -> NDArray[numpy.float64]:
-        """Second derivatives, rows and columns (q, theta, sigma)."""
+    def hessian(self, q: NDArray[numpy.float64], theta: NDArray[numpy.float64], sigma: NDArray[numpy.float64] = 0.0) -> NDArray[numpy.float64]:
+        """Second derivatives, rows and columns (q, theta, sigma): (..., 3, 3)."""
         ...
 
 class Quantity:
