@@ -54,10 +54,6 @@ void EventChain::add(const Event& event, double at, size_t phase, const phs::Sta
   moving_.time = at;
   Happening h{without_limits(event), phase, moving_, latching_};
   h.event.at = at;
-  if (event.type == Type::engage)
-    throw InvalidArgument(fmt::format(
-        "{}: a gradient takes no event that engages a soft latch where it is, expected a capture",
-        event.where));
   int numbers = 0;
   if (event.type == Type::lock)
     for (const auto& c : moving_.model->mechanism().coordinates())

@@ -47,12 +47,12 @@ std::vector<double> difference_of(const F& f, double distance) {
 /// itself, in 113 bits, at states and places beside those of the run.
 class EventChain {
  public:
-  /// Scene and assembly must outlive it. @throws InvalidArgument for an event at the start
+  /// Scene and assembly must outlive it.
   EventChain(const Scene& scene, const Assembly& assembly, const mechanics::MovingMechanism& start);
 
-  /// Adds an event that happened at the end of a phase. `state` and `time` are those of its end for
-  /// the first event there; null: of the one before.
-  /// @throws InvalidArgument for an event whose frozen numbers are not known
+  /// Adds an event that happened at the end of a phase: any but one that engages a soft latch or
+  /// closes a loop, whose frozen numbers are not known. `state` is that of the end for the first
+  /// event there; null: what the event before left.
   void add(const Event& event, double at, size_t phase, const phs::State* state);
 
   const std::vector<Happening>& list() const { return list_; }

@@ -94,6 +94,10 @@ void EventRun::run(const std::string& instead, const std::atomic<bool>* stop) {
                           instead);
   };
   if (scene_.step_control != integrators::StepControl::fixed) refuse("steps of one size");
+  for (const Event& e : scene_.events) {
+    if (e.on_loop()) refuse("no [[event]] that closes or opens a loop");
+    if (e.type == Type::engage) refuse("no [[event]] that engages a soft latch where it is");
+  }
   (void)rehearse(scene_, assembly_);
   PhaseSequence phases(scene_, assembly_);
   if (!phases.happened().empty()) refuse("no [[event]] that happens at the start");
@@ -124,6 +128,9 @@ void EventRun::run(const std::string& instead, const std::atomic<bool>* stop) {
     }
     made_.push_back(std::move(made));
   }
+  for (const Event& e : scene_.events)
+    if (std::ranges::none_of(phases.happened(), [&](const auto& h) { return h.event == &e; }))
+      notes_.push_back("it never happened, and the slopes are of runs without it: " + text(e));
 }
 
 /// The first event at the end of a phase, and the one behind the last.
@@ -263,7 +270,8 @@ Eigen::MatrixXd EventRun::slopes_of(size_t i) const {
 RunEvent EventRun::event_after(size_t phase) {
   const auto [first, behind] = events_after(phase);
   const auto& all = chain_->frozen();
-  const Happening& h = chain_->list()[first];
+  const auto& list = chain_->list();
+  const Happening& h = list[first];
   const End& end = ends_[phase];
   const auto from = whole_state(h.before);
   const auto n = Eigen::Index(from.size()), places = Eigen::Index(all.size()),
@@ -274,7 +282,7 @@ RunEvent EventRun::event_after(size_t phase) {
                   frozen = Eigen::MatrixXd::Identity(columns, columns).middleRows(n, places), set;
   Left to;
   for (size_t i = first; i < behind; ++i) {
-    EventChain::Beside b{chain_->list()[i].before, chain_->list()[i].latching};
+    EventChain::Beside b{list[i].before, list[i].latching};
     to = chain_->apply(i, b);
     const auto by = slopes_of(i);
     const auto nx = Eigen::Index(b.moving.state.x.size()), before = x.rows();
@@ -297,7 +305,9 @@ RunEvent EventRun::event_after(size_t phase) {
   for (const auto& place : all) e.parameters.push_back(place.name);
   e.parameters.insert(e.parameters.end(), inertias_.begin(), inertias_.end());
   e.reset = LinearMap(from, to, whole);
-  if (behind == first + 1 || !end.timed) inputs_.push_back(input_of(end));
+  const auto in_time = std::count_if(list.begin() + long(first), list.begin() + long(behind),
+                                     [](const Happening& one) { return !one.event.waits(); });
+  if (in_time <= 1) inputs_.push_back(input_of(end));  // of two, one alone would part them
   return e;
 }
 

@@ -26,8 +26,8 @@ class EventRun {
   /// Runs the scene. Scene and assembly must outlive it.
   /// @param instead  the way out, at the end of a refusal
   /// @throws InvalidArgument as differentiable_steps() in any phase, for parts with states of their
-  ///   own, step controls, an event at the start, one that engages a soft latch, one that is
-  ///   impossible
+  ///   own, step controls, an event at the start, one that engages a soft latch or closes or opens a
+  ///   loop, one that is impossible
   EventRun(const Scene& scene, const Assembly& assembly, const std::string& instead,
            const std::atomic<bool>* stop);
   EventRun(const EventRun&) = delete;
@@ -37,6 +37,8 @@ class EventRun {
   const std::vector<integrators::RunPhase>& phases() const { return phases_; }
   /// The numbers of events that have slopes, by the names of their parameters there: "event[0].at".
   const std::vector<Input>& inputs() const { return inputs_; }
+  /// Sentences on events that never happened.
+  const std::vector<std::string>& notes() const { return notes_; }
   /// The last phase.
   const Scene& last_scene() const { return made_.back().scene; }
   const Assembly& last() const { return made_.back().assembly; }
@@ -82,6 +84,7 @@ class EventRun {
   const Scene& scene_;
   const Assembly& assembly_;
   std::string failure_;
+  std::vector<std::string> notes_;
   std::unique_ptr<EventChain> chain_;
   std::vector<Made> made_;
   std::vector<End> ends_;                ///< of all phases but the last

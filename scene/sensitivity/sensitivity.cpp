@@ -258,7 +258,10 @@ EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& req
   const auto slopes =
       events ? slopes_across(ask, *events, ends, r) : slopes_of_run(ask, run, ends, r);
   if (!r.failure.empty()) return r;
-  if (events) r.inputs.insert(r.inputs.end(), events->inputs().begin(), events->inputs().end());
+  if (events) {
+    r.notes.insert(r.notes.end(), events->notes().begin(), events->notes().end());
+    r.inputs.insert(r.inputs.end(), events->inputs().begin(), events->inputs().end());
+  }
   for (size_t i = 0; i < names.size(); ++i) {
     const EndQuantity& found = ends.found(i);
     const auto own = std::span(slopes[i].parameters).first(parameters.size()),

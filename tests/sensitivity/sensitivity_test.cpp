@@ -464,7 +464,7 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
 /// What the examples have that has no slopes.
 TEST(Sensitivity, RefusesExamplesByWhatTheyHave) {
   for (const auto& [example, words] : {std::pair{"ets_vii_orbit", "no [orbit]"},
-                                       {"two_arms", "not for 'spark16'"},
+                                       {"two_arms", "no [[event]] that closes or opens a loop"},
                                        {"newton_cradle", "no rigid contact"},
                                        {"dry_joints", "dry friction: they jump"},
                                        {"vsa_throw", "no [[actuator]]"},
