@@ -109,7 +109,7 @@ class VariedSystem final : public Forwarding<T>, public Differentiable<T> {
 
 /// A model with the parameters of Variations: its own derivative (phs::linearise) has them behind
 /// those of the model. Its field, and what else is evaluated, has the bits of the model.
-/// gradient costs six fields for each at each stage.
+/// A gradient costs six fields for each at each stage.
 class VariedModel : public ModelFor<VariedModel> {
  public:
   VariedModel(std::shared_ptr<const Model> model, std::vector<Variation> variations)

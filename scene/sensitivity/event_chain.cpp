@@ -33,12 +33,23 @@ void add_pose(const Pose& pose, const Pose& from, Left& to) {
   to.push_back((turn.x.y - turn.y.x) / 2);
 }
 
+/// Line of a table in its file, from "file:line:column".
+long line_of(const Event& e) {
+  return std::stol(e.where.substr(e.where.rfind(':', e.where.rfind(':') - 1) + 1));
+}
+
 }  // namespace
 
 std::vector<double> whole_state(const MovingMechanism& moving) {
   auto x = phs::with_turns(moving.model->description(), moving.state);
   for (size_t k = 0; k < x.size(); ++k) x[k] += moving.state.lo[k];
   return x;
+}
+
+std::string key_of(const Scene& scene, const Event& e) {
+  return fmt::format("event[{}]", std::ranges::count_if(scene.events, [&](const Event& other) {
+                       return line_of(other) < line_of(e);
+                     }));
 }
 
 EventChain::EventChain(const Scene& scene, const Assembly& assembly, const MovingMechanism& start)

@@ -92,4 +92,7 @@ class EventChain {
 /// x + lo of a state of a mechanism with all turns.
 std::vector<double> whole_state(const mechanics::MovingMechanism& moving);
 
+/// "event[0]", the key of an event by its place in the file.
+std::string key_of(const Scene& scene, const Event& e);
+
 }  // namespace porthos::scene

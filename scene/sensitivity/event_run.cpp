@@ -43,11 +43,6 @@ class LinearMap {
   Eigen::MatrixXd by_;
 };
 
-/// Line of a table in its file, from "file:line:column".
-long line_of(const Event& e) {
-  return std::stol(e.where.substr(e.where.rfind(':', e.where.rfind(':') - 1) + 1));
-}
-
 Event with_one_limit(const Event& e, double mechanics::Latch::*limit) {
   Event one = without_limits(e);
   one.latch.*limit = e.latch.*limit;
@@ -107,6 +102,7 @@ void EventRun::run(const std::string& instead, const std::atomic<bool>* stop) {
     (void)differentiable_steps(p->scene, p->assembly, instead);
     if (p->assembly.model->description().nx != p->assembly.mechanical->description().nx)
       refuse("no parts with states of their own");
+    if (!p->assembly.model->holds().empty()) refuse("no sampled controllers");
     Made made{p->scene, p->assembly, chain_->list().size()};
     WatchedRun watched(p->scene, p->assembly, p->until, {});
     const auto stopped = [&] { return stop && stop->load(std::memory_order_relaxed); };
@@ -146,6 +142,7 @@ double EventRun::margin(const MovingMechanism& moving, const Event& e) const {
 /// Has the slopes of the margin where that is 0. A distance or speed r is the root of something
 /// smooth, r² = (limit - margin)², whose differences are good however near the limit is to 0.
 double EventRun::condition(const MovingMechanism& moving, const End& end) const {
+  if (end.number == "after") return 0;
   const double m = margin(moving, end.event), r = end.value - m;
   return end.event.within_reach ? -r * r / (2 * end.value) : m;
 }
@@ -156,9 +153,11 @@ EventRun::End EventRun::end_of(size_t phase) const {
   MovingMechanism moving = chain_->list()[first].before;
   if (!made.met) return {chain_->list()[first].event, "at", made.end};
   const Event& e = *made.met;
-  if (made.end - e.after < margin(moving, e)) return {e, "after", e.after};
   End end{e, e.above ? "above" : "below", e.above ? *e.above : e.below.value_or(0), false};
-  if (e.within_reach) {
+  if (made.end - e.after < margin(moving, e)) {
+    end.number = "after";
+    end.value = e.after;
+  } else if (e.within_reach) {
     double least = HUGE_VAL;
     for (const auto& [key, limit] : {std::pair{"reach", &mechanics::Latch::reach},
                                      {"speed", &mechanics::Latch::speed},
@@ -276,7 +275,7 @@ RunEvent EventRun::event_after(size_t phase) {
   const auto from = whole_state(h.before);
   const auto n = Eigen::Index(from.size()), places = Eigen::Index(all.size()),
              columns = n + places + Eigen::Index(inertias_.size());
-  RunEvent e{.name = key_of(end.event), .at = end.value, .then = int(phase) + 1};
+  RunEvent e{.name = key_of(scene_, end.event), .at = end.value, .then = int(phase) + 1};
   if (!end.timed) add_guard(e, end, h.before);
   Eigen::MatrixXd x = Eigen::MatrixXd::Identity(n, columns),
                   frozen = Eigen::MatrixXd::Identity(columns, columns).middleRows(n, places), set;
@@ -323,28 +322,20 @@ void EventRun::add_guard(RunEvent& e, const End& end, const MovingMechanism& the
       sum.d += end.by_state[k] * x[k].d;
     }
     sum.v = Latching::margin(scene_, moving, moving.state, t.v, end.event);
-    sum.d += (end.number == "above" ? -1 : 1) * numbers[0].d;
+    if (end.number == "after") sum.d += t.d;
+    sum.d += (end.number == "above" || end.number == "after" ? -1 : 1) * numbers[0].d;
     for (size_t k = 0; k < end.by_parameters.size(); ++k)
       sum.d += end.by_parameters[k] * numbers[k + 1].d;
     return sum;
   };
 }
 
-/// "event[0]", by its place in the file.
-std::string EventRun::key_of(const Event& e) const {
-  return fmt::format("event[{}]", std::ranges::count_if(scene_.events, [&](const Event& other) {
-                       return line_of(other) < line_of(e);
-                     }));
-}
-
 Input EventRun::input_of(const End& end) const {
-  std::string unit = end.timed               ? "s"
-                     : end.number == "reach" ? "m"
-                     : end.number == "speed" ? "m/s"
-                                             : "rad/s";
+  std::string unit = end.number == "reach" ? "m" : end.number == "speed" ? "m/s" : "rad/s";
+  if (end.timed || end.number == "after") unit = "s";
   if (end.number == "above" || end.number == "below")
     unit = assembly_.mechanism->coordinate(end.event.name).unit;
-  return {key_of(end.event) + "." + end.number, unit, end.value};
+  return {key_of(scene_, end.event) + "." + end.number, unit, end.value};
 }
 
 }  // namespace porthos::scene

@@ -26,7 +26,7 @@ class EventRun {
   /// Runs the scene. Scene and assembly must outlive it.
   /// @param instead  the way out, at the end of a refusal
   /// @throws InvalidArgument as differentiable_steps() in any phase, for parts with states of their
-  ///   own, step controls, an event at the start, one that engages a soft latch or closes or opens a
+  ///   own, sampled controllers, step controls, an event at the start, one that engages a soft latch or closes or opens a
   ///   loop, one that is impossible
   EventRun(const Scene& scene, const Assembly& assembly, const std::string& instead,
            const std::atomic<bool>* stop);
@@ -78,7 +78,6 @@ class EventRun {
   Eigen::MatrixXd slopes_of(size_t i) const;
   void add_guard(integrators::RunEvent& e, const End& end,
                  const mechanics::MovingMechanism& there) const;
-  std::string key_of(const Event& e) const;
   Input input_of(const End& end) const;
 
   const Scene& scene_;
