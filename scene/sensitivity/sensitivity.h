@@ -61,9 +61,9 @@ struct EndSensitivity {
 };
 
 /// Slopes of the end of a scene's run, by one run and an adjoint for each quantity
-/// (integrators::gradients_of_run); across its events by EventRun; with `by` end_differences(). They do not depend on whether the
-/// centre of mass is taken out: here it stays. Over many Lyapunov times they are exact and useless:
-/// EndSlopes::growth.
+/// (integrators::gradients_of_run); across its events by EventRun; with `by` end_differences().
+/// They do not depend on whether the centre of mass is taken out: here it stays. Over many Lyapunov
+/// times they are exact and useless: EndSlopes::growth.
 /// @throws InvalidArgument as differentiable_steps(), EventRun, EndQuantities::require(),
 ///   phs::linearise(), for [[actuator]]s and for an uncertainty that is no positive number
 EndSensitivity end_sensitivity(const Scene& scene, const SensitivityRequest& request);
