@@ -1,8 +1,68 @@
 #include "planning/path_number.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "phs/error.h"
 
 namespace porthos::planning {
+namespace {
+
+class RateOf final : public PathNumber {
+ public:
+  RateOf(std::shared_ptr<PathNumber> number, std::shared_ptr<Dynamics> dynamics)
+      : number_(std::move(number)),
+        dynamics_(std::move(dynamics)),
+        n_(size_t(dynamics_->nx())),
+        none_(size_t(dynamics_->nu()), 0.0),
+        f_(n_),
+        g_(n_),
+        at_(n_),
+        J_(n_ * (n_ + none_.size())) {}
+
+  double value(double t, In x) override {
+    dynamics_->field({&t, 1}, x, none_, f_);
+    number_->gradient(t, x, g_);
+    double sum = (number_->value(t + step, x) - number_->value(t - step, x)) / (2 * step);
+    for (size_t k = 0; k < n_; ++k) sum += g_[k] * f_[k];
+    return sum;
+  }
+  void gradient(double t, In x, Out g) override {
+    dynamics_->jacobian({&t, 1}, x, none_, f_, J_);
+    number_->gradient(t, x, g_);
+    for (size_t k = 0; k < n_; ++k) {
+      g[k] = 0;
+      for (size_t i = 0; i < n_; ++i) g[k] += g_[i] * J_[k * n_ + i];
+    }
+    double size = 0;
+    for (const double each : f_) size = std::max(size, std::fabs(each));
+    if (size == 0) return;
+    const double h = 1e-3 / size;
+    for (const auto& [steps, weight] :
+         {std::pair{1.0, 8.0}, {-1.0, -8.0}, {2.0, -1.0}, {-2.0, 1.0}}) {
+      for (size_t k = 0; k < n_; ++k) at_[k] = x[k] + steps * h * f_[k];
+      number_->gradient(t, at_, g_);
+      for (size_t k = 0; k < n_; ++k) g[k] += weight / (12 * h) * g_[k];
+    }
+  }
+
+ private:
+  static constexpr double step = 1e-3;  ///< [s]
+  std::shared_ptr<PathNumber> number_;
+  std::shared_ptr<Dynamics> dynamics_;
+  size_t n_;
+  std::vector<double> none_, f_, g_, at_, J_;
+};
+
+}  // namespace
+
+std::shared_ptr<PathNumber> rate_of(std::shared_ptr<PathNumber> number,
+                                    std::shared_ptr<Dynamics> dynamics) {
+  if (!number || !dynamics)
+    throw InvalidArgument("the rate of a number needs the number and the dynamics, one is null");
+  return std::make_shared<RateOf>(std::move(number), std::move(dynamics));
+}
 
 void PathNumber::hessian(double t, In x, Out H) {
   const size_t n = x.size();

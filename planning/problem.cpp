@@ -28,8 +28,8 @@ void check_bounds(const char* what, const std::vector<double>& lower,
 void check_goal(const Goal& g, int nx) {
   if (!std::isfinite(g.value))
     throw InvalidArgument(fmt::format("a goal has the value {}, expected a number", g.value));
-  if (g.row.empty() == (g.rate < 0))
-    throw InvalidArgument("a goal has both a row and a rate or neither, expected one");
+  if (int(!g.row.empty()) + int(g.rate >= 0) + int(bool(g.number)) != 1)
+    throw InvalidArgument("a goal has several of a row, a rate and a number or none, expected one");
   const auto inside = [&](int k) {
     if (k < 0 || k >= nx)
       throw InvalidArgument(

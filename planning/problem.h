@@ -32,6 +32,8 @@ struct Goal {
   std::vector<std::pair<int, double>> row;  ///< Σ factor · x_k = value
   int rate = -1;                            ///< instead: f_rate(x, u = 0) = value
   double value = 0;
+  /// Instead: c(duration, x) = value. Used by one solver at a time.
+  std::shared_ptr<PathNumber> number = {};
 };
 
 /// An attitude as three goals, 2 Im(ḡ ξ) = 0, for the quaternion ξ (w, x, y, z) at `at` in x and

@@ -75,7 +75,7 @@ void Shooting::evaluate_goals(const double* x) {
   if (rates) p_.dynamics->field({&t, 1}, last_, none_, f_);
   for (size_t i = 0; i < p_.goals.size(); ++i) {
     const Goal& g = p_.goals[i];
-    double value = g.rate >= 0 ? f_[size_t(g.rate)] : 0;
+    double value = g.rate >= 0 ? f_[size_t(g.rate)] : g.number ? g.number->value(t, last_) : 0;
     for (const auto& [k, factor] : g.row) value += factor * x[k];
     goals[long(i)] = value - g.value;
   }
@@ -102,6 +102,10 @@ void Shooting::differentiate() {
   for (size_t i = 0; i < p_.goals.size(); ++i) {
     const Goal& g = p_.goals[i];
     for (const auto& [k, factor] : g.row) qp.C(long(i), k) += factor;
+    if (g.number) {
+      g.number->gradient(t, last_, nu_x_);
+      qp.C.row(long(i)) = Eigen::Map<const Vector>(nu_x_.data(), nx_).transpose();
+    }
     if (g.rate < 0) continue;
     if (!have) p_.dynamics->jacobian({&t, 1}, last_, none_, f_, J_);
     have = true;
@@ -190,11 +194,18 @@ void Shooting::curve(const Vector& lambda, const Vector& nu, bool exact, const d
       nu_x_[size_t(p_.goals[i].rate)] += nu[long(i)];
       curved = true;
     }
-  if (!curved || !exact) return;
+  if (!exact) return;
   const double t = p_.duration;
-  p_.dynamics->hessian({&t, 1}, last_, none_, nu_x_, H_);
-  const long z = nx_ + long(none_.size());
-  qp.last_H = Eigen::Map<const Matrix>(H_.data(), z, z).topLeftCorner(nx_, nx_);
+  if (curved) {
+    p_.dynamics->hessian({&t, 1}, last_, none_, nu_x_, H_);
+    const long z = nx_ + long(none_.size());
+    qp.last_H = Eigen::Map<const Matrix>(H_.data(), z, z).topLeftCorner(nx_, nx_);
+  }
+  for (size_t i = 0; i < p_.goals.size(); ++i) {
+    if (!p_.goals[i].number) continue;
+    p_.goals[i].number->hessian(t, last_, H_);
+    qp.last_H += nu[long(i)] * Eigen::Map<const Matrix>(H_.data(), nx_, nx_);
+  }
 }
 
 void Shooting::slope(const Vector& lambda, const Vector& nu, Vector& gradient) const {

@@ -75,7 +75,7 @@ class Shooting {
   std::shared_ptr<const integrators::CollocationTable<double>> table_;
   std::vector<GaussInterval> intervals_;
   std::vector<double> f_, J_, H_, none_;  ///< at the end; none: inputs that are 0
-  std::vector<double> last_, nu_x_;       ///< x_N; multipliers of goals on rates
+  std::vector<double> last_, nu_x_;       ///< x_N; multipliers of goals on rates, or a gradient
 };
 
 }  // namespace porthos::planning::detail

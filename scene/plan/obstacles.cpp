@@ -35,7 +35,8 @@ std::vector<std::string> obstacles(const PlanProblem& made, const planning::Traj
     for (size_t i = 0; i < p.goals.size(); ++i) {
       double off = -p.goals[i].value;
       for (const auto& [k, factor] : p.goals[i].row) off += factor * end[k];
-      if (!p.goals[i].row.empty() && !(std::fabs(off) <= 1e-3))
+      if (p.goals[i].number) off += p.goals[i].number->value(p.duration, {end, p.start.size()});
+      if (p.goals[i].rate < 0 && !(std::fabs(off) <= 1e-3))
         list.push_back(fmt::format("goal '{}' is missed by {:.3g}", made.goal_names[i], off));
     }
   } catch (const InvalidArgument&) {

@@ -97,10 +97,8 @@ std::pair<const Output*, int> output_of(const Scene& s, const PlannedOutput& pla
 
 }  // namespace
 
-std::vector<planning::PathLimit> path_limits(const Scene& s, const Assembly& a,
-                                             const std::vector<PlannedOutput>& planned,
-                                             std::span<const double> start) {
-  std::vector<planning::PathLimit> all;
+void add_outputs(const Scene& s, const Assembly& a, const std::vector<PlannedOutput>& planned,
+                 planning::Problem& problem, std::vector<std::string>& goal_names) {
   for (const PlannedOutput& p : planned) {
     const auto [output, component] = output_of(s, p);
     const bool distance = output->quantity == OutputQuantity::distance;
@@ -108,17 +106,25 @@ std::vector<planning::PathLimit> path_limits(const Scene& s, const Assembly& a,
       refuse(p.where, fmt::format("[plan.outputs] has '{}', expected an output with quantity = "
                                   "\"distance\" or \"position\"",
                                   p.name));
-    planning::PathLimit limit{
-        .number = std::make_shared<PlannedPlace>(a, *output, distance ? -1 : component)};
+    const auto number = std::make_shared<PlannedPlace>(a, *output, distance ? -1 : component);
+    const auto add_goal = [&](std::shared_ptr<planning::PathNumber> of, double value,
+                              const char* what) {
+      problem.goals.push_back({{}, -1, value, std::move(of)});
+      goal_names.push_back(p.name + what);
+    };
+    if (p.value) add_goal(number, *p.value, ".value");
+    if (p.rate) add_goal(planning::rate_of(number, problem.dynamics), *p.rate, ".rate");
+    if (!p.lower && !p.upper) continue;
+    planning::PathLimit limit{.number = number};
     if (p.lower) limit.lower = *p.lower;
     if (p.upper) limit.upper = *p.upper;
-    if (const double c = limit.number->value(0, start); !(c >= limit.lower && c <= limit.upper))
+    if (const double c = limit.number->value(0, problem.start);
+        !(c >= limit.lower && c <= limit.upper))
       refuse(p.where, fmt::format("'{}' starts at {:.6g} m, which is beyond its limits in "
                                   "[plan.outputs]",
                                   p.name, c));
-    all.push_back(std::move(limit));
+    problem.limits.path.push_back(std::move(limit));
   }
-  return all;
 }
 
 planning::PathLimit attitude_limit(int at, std::span<const double> start, double angle) {

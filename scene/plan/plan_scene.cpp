@@ -100,11 +100,15 @@ PlannedOutput read_planned_output(const std::string& name, const std::string& wh
   PlannedOutput o{.name = name, .where = where};
   if (t.has("lower")) o.lower = t.number("lower");
   if (t.has("upper")) o.upper = t.number("upper");
-  if (!o.lower && !o.upper)
-    refuse(where,
-           "[plan.outputs] has neither lower nor upper for '" + name + "', expected one or both");
+  if (t.has("value")) o.value = t.number("value");
+  if (t.has("rate")) o.rate = t.number("rate");
+  if (!o.lower && !o.upper && !o.value && !o.rate)
+    refuse(where, "[plan.outputs] has none of lower, upper, value and rate for '" + name +
+                      "', expected one or more");
   if (o.lower && o.upper && !(*o.lower < *o.upper))
     t.fail("lower", fmt::format("is {} and upper {}, expected lower < upper", *o.lower, *o.upper));
+  if (o.value && ((o.lower && *o.value < *o.lower) || (o.upper && *o.value > *o.upper)))
+    t.fail("value", fmt::format("is {}, which is beyond its limits", *o.value));
   return o;
 }
 
@@ -319,9 +323,9 @@ PlanProblem plan_problem(const Scene& scene, const Assembly& a, const PlanScene&
     }
     guesses.emplace_back(j.guess, j.guess_phase);
   }
-  p.limits.path = path_limits(scene, a, plan.outputs, p.start);
-  plan_base(a, plan, made, end);
   p.dynamics = planning::dynamics_of(a.model, ports);
+  add_outputs(scene, a, plan.outputs, p, made.goal_names);
+  plan_base(a, plan, made, end);
   check_path(p, a, plan);
   made.guess = planning::straight(p, end);
   bool waves = false;
