@@ -24,7 +24,9 @@ class RateOf final : public PathNumber {
   double value(double t, In x) override {
     dynamics_->field({&t, 1}, x, none_, f_);
     number_->gradient(t, x, g_);
-    double sum = (number_->value(t + step, x) - number_->value(t - step, x)) / (2 * step);
+    double sum = 0;
+    for (const auto& [steps, weight] : stencil)
+      sum += weight / time * number_->value(t + steps * time, x);
     for (size_t k = 0; k < n_; ++k) sum += g_[k] * f_[k];
     return sum;
   }
@@ -35,20 +37,20 @@ class RateOf final : public PathNumber {
       g[k] = 0;
       for (size_t i = 0; i < n_; ++i) g[k] += g_[i] * J_[k * n_ + i];
     }
-    double size = 0;
+    double size = 1;
     for (const double each : f_) size = std::max(size, std::fabs(each));
-    if (size == 0) return;
-    const double h = 1e-3 / size;
-    for (const auto& [steps, weight] :
-         {std::pair{1.0, 8.0}, {-1.0, -8.0}, {2.0, -1.0}, {-2.0, 1.0}}) {
+    const double h = time / size;
+    for (const auto& [steps, weight] : stencil) {
       for (size_t k = 0; k < n_; ++k) at_[k] = x[k] + steps * h * f_[k];
-      number_->gradient(t, at_, g_);
-      for (size_t k = 0; k < n_; ++k) g[k] += weight / (12 * h) * g_[k];
+      number_->gradient(t + steps * h, at_, g_);
+      for (size_t k = 0; k < n_; ++k) g[k] += weight / h * g_[k];
     }
   }
 
  private:
-  static constexpr double step = 1e-3;  ///< [s]
+  static constexpr double time = 1e-3;  ///< of a difference [s]
+  static constexpr std::pair<double, double> stencil[] = {
+      {1, 8. / 12}, {-1, -8. / 12}, {2, -1. / 12}, {-2, 1. / 12}};
   std::shared_ptr<PathNumber> number_;
   std::shared_ptr<Dynamics> dynamics_;
   size_t n_;

@@ -47,7 +47,7 @@ std::shared_ptr<PathNumber> path_number(int nx, F f) {
 }
 
 /// dc/dt along x' = f(t, x, u = 0) of a number whose rate no input changes at once, such as a
-/// distance. Its gradient has ∇²c f by differences of the fourth order of c's, with errors of about
+/// distance. Its gradient has the rate of ∇c by differences of the fourth order, with errors of about
 /// 1e-12 of its size.
 /// @param dynamics  of the plan, used by one solver at a time
 /// @throws InvalidArgument for null pointers

@@ -293,7 +293,12 @@ TEST_F(PlanScene, NumbersOnTheWayAreThoseOfTheOutputs) {
   std::vector<scene::PlannedOutput> planned;
   for (const char* name : {"tip.x", "tip.z", "own.y", "gap"})
     planned.push_back({.name = name, .where = "", .upper = 1e3});
-  const auto limits = scene::path_limits(s, a, planned, a.initial.x);
+  Problem problem;
+  problem.start = a.initial.x;
+  std::vector<std::string> goals;
+  scene::add_outputs(s, a, planned, problem, goals);
+  EXPECT_TRUE(goals.empty());
+  const auto& limits = problem.limits.path;
   phs::State state = a.initial;
   for (size_t k = 7; k < 13; ++k) state.x[k] += 0.1 * double(k);
   const double t = 2.5;
@@ -402,7 +407,9 @@ TEST_F(PlanScene, Refusals) {
       {"[plan]\n", height + "[plan]\noutputs.\"high.z\" = { lower = 0.5 }\n",
        "'high.z' starts at -0.5 m, which is beyond its limits in [plan.outputs]"},
       {"[plan]\n", height + "[plan]\noutputs.\"high.z\" = {}\n",
-       "[plan.outputs] has neither lower nor upper for 'high.z', expected one or both"},
+       "[plan.outputs] has none of lower, upper, value and rate for 'high.z', expected one or"},
+      {"[plan]\n", height + "[plan]\noutputs.\"high.z\" = { upper = 0.5, value = 0.6 }\n",
+       "value is 0.6, which is beyond its limits"},
       {"[plan]\n",
        "[[output]]\nname = \"mean\"\nquantity = \"centre_of_mass\"\n[plan]\n"
        "outputs.\"mean.z\" = { upper = 1 }\n",
