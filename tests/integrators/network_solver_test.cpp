@@ -37,6 +37,16 @@ const Elements networks[] = {
            phs::friction(
                {.coulomb = 2, .breakaway = 3, .stribeck = 0.1, .viscous = 0.2, .smoothing = 0.05}));
      }},
+    {"LuGre friction",
+     [](Network& n) {
+       n.lugre("rub", "arm.joint0.torque",
+               {.coulomb = 2,
+                .breakaway = 3,
+                .stribeck = 0.1,
+                .viscous = 5,
+                .bristle_stiffness = 200,
+                .bristle_damping = 10});
+     }},
     {"stiff damper on all",
      [](Network& n) {
        for (const char* j : {"0", "1", "2", "3", "4", "5"})
