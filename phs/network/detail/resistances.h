@@ -10,9 +10,10 @@ namespace porthos::phs {
 
 /// D of a bristle at the rate v of its port and the force e = σ0 z that it stores:
 ///   v: σ1 (1 - sgn(v) e / g(v)) + σ2,   e: |v| / g(v)
-/// so z' = v - |v| e / g and the port feels -(e + σ1 z' + σ2 v). The second is never negative. The
-/// first is not below σ1 (1 - F_s / F_c) + σ2 where |e| <= F_s, which is the passivity condition of
-/// LuGre; and |e| <= F_s stays true, because |e|' <= σ0 |v| (1 - F_s / g) <= 0 at |e| = F_s.
+/// so z' = v - |v| e / g and the port feels -(e + σ1 z' + σ2 v). The second is never negative, and
+/// the first is not where σ1 (1 - F_s / F_c) + σ2 >= 0 and |e| <= F_s. That stays true along every
+/// motion, because |e|' <= σ0 |v| (1 - F_s / g) <= 0 at |e| = F_s. Beyond it the first has ±F_s for
+/// e, so R(x) >= 0 in all states.
 ///
 /// At v = 0 both forces D y are continuous with a kink. There sgn(0) = 0, so a dual number has the
 /// mean of their slopes on the two sides.
@@ -28,7 +29,8 @@ BristleResistance<T> bristle_resistance(const LuGre& f, const T& v, const T& e) 
     g = g + T(f.breakaway - f.coulomb) * exp(-(s * s));
   }
   const T sign = select(v < T(0.0), T(-1.0), select(v > T(0.0), T(1.0), T(0.0)));
-  return {T(f.bristle_damping) * (T(1.0) - sign * e / g) + T(f.viscous), sign * v / g};
+  const T most(std::max(f.breakaway, f.coulomb)), bent = max(-most, min(e, most));
+  return {T(f.bristle_damping) * (T(1.0) - sign * bent / g) + T(f.viscous), sign * v / g};
 }
 
 /// v -= D y.
