@@ -224,11 +224,11 @@ void check(const LuGre& f) {
   require(f.bristle_stiffness > 0, name, "bristle_stiffness", f.bristle_stiffness, "more than 0");
   require(f.bristle_damping >= 0, name, "bristle_damping", f.bristle_damping, "0 or more");
   const double least = f.bristle_damping * extra / f.coulomb;
-  require(f.viscous >= least, name, "viscous", f.viscous,
-          least > 0 ? ("bristle_damping (breakaway - coulomb) / coulomb = " + number(least, 6) +
-                       " or more: with less it would make energy")
-                          .c_str()
-                    : "0 or more");
+  const std::string expected =
+      "bristle_damping (breakaway - coulomb) / coulomb = " + number(least, 6) +
+      " or more: with less it would make energy";
+  require(f.viscous >= least * (1 - 1e-14), name, "viscous", f.viscous,
+          least > 0 ? expected.c_str() : "0 or more");
 }
 
 Potential spring(double k, double rest, double k3) {

@@ -199,6 +199,13 @@ TEST(LuGre, NeverMakesEnergyWhereItIsAccepted) {
   EXPECT_EQ(refused(less),
             "LuGre friction: viscous is 9.000000, expected bristle_damping (breakaway - coulomb) / "
             "coulomb = 10 or more: with less it would make energy");
+  // The least itself is accepted, whatever its rounding: here it is 0.05 + 7e-18.
+  LuGre rounded = law;
+  rounded.coulomb = 0.3;
+  rounded.breakaway = 0.45;
+  rounded.bristle_damping = 0.1;
+  rounded.viscous = 0.05;
+  EXPECT_EQ(refused(rounded), "(not refused)");
   LuGre wrong = law;
   wrong.coulomb = 0;
   EXPECT_NE(refused(wrong).find("coulomb is 0.000000, expected more than 0"), std::string::npos);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "integrators/core/integrator.h"
+#include "scene/assemble/outputs.h"
 #include "scene/session/memory_run.h"
 #include "tests/run/shipped.h"
 
@@ -31,7 +32,10 @@ scene::RunReport run_of(const scene::Scene& s) {
 /// are rows of the ledger, which closes.
 TEST(LuGreRun, AnArmBendsAndHolds) {
   TemporaryFolder folder;
-  const auto early = run_of(let_go(folder, 30)), later = run_of(let_go(folder, 60));
+  const auto s = let_go(folder, 60, {},
+                        "[[output]]\nname = \"held\"\nquantity = \"joint_torque\"\njoint = "
+                        "\"shoulder\"\n");
+  const auto early = run_of(let_go(folder, 30)), later = run_of(s);
   EXPECT_TRUE(early.passed() && later.passed());
   const double moved = std::max(std::fabs(later.final_state.x[0] - early.final_state.x[0]),
                                 std::fabs(later.final_state.x[1] - early.final_state.x[1]));
@@ -46,6 +50,12 @@ TEST(LuGreRun, AnArmBendsAndHolds) {
   EXPECT_LE(moved, 1e-12);
   EXPECT_GT(stored, 0);
   EXPECT_GT(lost, 1);
+  // What holds it is known, unlike that of dry friction.
+  const auto whole = scene::assemble(s);
+  scene::Outputs outputs(s, whole);
+  const double held = outputs.at(60, later.final_state, {})[0];
+  EXPECT_NEAR(held, -2000 * later.final_state.x[4], 1e-9);
+  EXPECT_GT(std::fabs(held), 0.1);
 }
 
 TEST(LuGreRun, AResumedRunHasTheSameBits) {
