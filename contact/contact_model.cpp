@@ -97,7 +97,7 @@ Sides sides_of(const ContactModel& model, Seats& seats, const ContactModel::Plac
   };
   each_pair(model, placed, sides, [&](size_t a, size_t b) {
     const Kind of_a = placed.seats[a].shape.kind, of_b = placed.seats[b].shape.kind;
-    if (points(of_a, of_b) == 0)
+    if (points(of_a, of_b, Ends::fade) == 0)
       throw InvalidArgument(
           fmt::format("there is no distance in closed form between a {} on '{}' and a {} on "
                       "'{}', expected one of the pairs {}",
@@ -120,9 +120,10 @@ Sides sides_of(const ContactModel& model, Seats& seats, const ContactModel::Plac
 }
 
 /// All pairs of two sides.
-void add_pairs(const ContactModel& model, const Sides& sides, ContactModel::Placed& placed) {
+void add_pairs(const ContactModel& model, const Sides& sides, Ends ends,
+               ContactModel::Placed& placed) {
   each_pair(model, placed, sides, [&](size_t a, size_t b) {
-    const auto n = size_t(points(placed.seats[a].shape.kind, placed.seats[b].shape.kind));
+    const auto n = size_t(points(placed.seats[a].shape.kind, placed.seats[b].shape.kind, ends));
     placed.pairs.push_back({sides.contact, a, b, placed.points, n});
     placed.points += n;
   });
@@ -241,7 +242,8 @@ ContactModel::ContactModel(std::shared_ptr<const phs::Model> inner,
         rigid_sides_.push_back(sides_of(*this, rigid_seats, placed_rigid_, c, rigid_.size() - 1));
         return;
       }
-      add_pairs(*this, sides_of(*this, soft_seats, placed_, c, contacts_.size()), placed_);
+      add_pairs(*this, sides_of(*this, soft_seats, placed_, c, contacts_.size()), Ends::fade,
+                placed_);
       contacts_.push_back(std::move(c));
     });
   for (Stop& s : stops)
@@ -282,7 +284,7 @@ bool ContactModel::connected(int node, int other) const {
 
 ContactModel::Placed ContactModel::all_rigid() const {
   Placed all = placed_rigid_;
-  for (const Sides& sides : rigid_sides_) add_pairs(*this, sides, all);
+  for (const Sides& sides : rigid_sides_) add_pairs(*this, sides, Ends::off, all);
   return all;
 }
 

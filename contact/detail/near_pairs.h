@@ -45,7 +45,7 @@ class NearPairs {
     placed_.points = 0;
     for (const Found& f : found_) {
       const Seat &a = placed_.seats[f.a], &b = placed_.seats[f.b];
-      const auto n = size_t(points(a.shape.kind, b.shape.kind));
+      const auto n = size_t(points(a.shape.kind, b.shape.kind, Ends::off));
       placed_.pairs.push_back({sides_[f.sides].contact, f.a, f.b, placed_.points, n});
       placed_.points += n;
     }

@@ -1,6 +1,7 @@
 #include "contact/geometry/pairs.h"
 
 #include <array>
+#include <cmath>
 
 #include "contact/geometry/edges-inl.h"
 
@@ -45,15 +46,21 @@ void plane_box(const Shape&, const Shape& b, const Frames<T>& f, Out<T> out, End
     out[k] = plane_ball(f.A.z, fma(f.B, corner, f.d), b.radius);
   }
 }
-/// The lowest point of each rim.
+/// The lowest point of each rim; for rows also those at 120 degrees from it, on which a cylinder
+/// stands flat.
 template <class T>
-void plane_cylinder(const Shape&, const Shape& b, const Frames<T>& f, Out<T> out, Ends) {
+void plane_cylinder(const Shape&, const Shape& b, const Frames<T>& f, Out<T> out, Ends ends) {
   const Vec3<T>&n = f.A.z, &axis = f.B.z;
-  const Vec3<T> across = fma(-dot(n, axis), axis, n);  // of the rim's plane, upwards
+  Vec3<T> across = fma(-dot(n, axis), axis, n);  // of the rim's plane, upwards
+  if (ends == Ends::off) across = fma(T(1e-30), f.B.x, across);
   const Vec3<T> lowest = (T(-b.radius) / length(across)) * across;
-  for (const int end : {0, 1}) {
-    const double l = end == 0 ? b.half_length : -b.half_length;
-    out[size_t(end)] = plane_ball(n, fma(T(l), axis, f.d) + lowest, 0);
+  for (const size_t end : {0, 1}) {
+    const Vec3<T> middle = fma(T(end == 0 ? b.half_length : -b.half_length), axis, f.d);
+    out[end] = plane_ball(n, Vec3<T>(middle + lowest), 0);
+    if (ends == Ends::fade) continue;
+    const Vec3<T> aside = T(std::sqrt(0.75)) * cross(axis, lowest), up = middle - T(0.5) * lowest;
+    out[2 + end] = plane_ball(n, Vec3<T>(up + aside), 0);
+    out[4 + end] = plane_ball(n, Vec3<T>(up - aside), 0);
   }
 }
 template <class T>
@@ -146,13 +153,14 @@ struct Pair {
   Kind a, b;
   int points;
   void (*touch)(const Shape&, const Shape&, const Frames<T>&, Out<T>, Ends);
+  int rows = points;  ///< with Ends::off
 };
 /// Every pair with a closed form.
 template <class T>
 constexpr std::array<Pair<T>, 11> pairs{{{Kind::plane, Kind::sphere, 1, plane_sphere<T>},
                                          {Kind::plane, Kind::capsule, 2, plane_capsule<T>},
                                          {Kind::plane, Kind::box, 8, plane_box<T>},
-                                         {Kind::plane, Kind::cylinder, 2, plane_cylinder<T>},
+                                         {Kind::plane, Kind::cylinder, 2, plane_cylinder<T>, 6},
                                          {Kind::sphere, Kind::sphere, 1, sphere_sphere<T>},
                                          {Kind::sphere, Kind::capsule, 1, sphere_capsule<T>},
                                          {Kind::sphere, Kind::box, 1, sphere_box<T>},
@@ -163,13 +171,14 @@ constexpr std::array<Pair<T>, 11> pairs{{{Kind::plane, Kind::sphere, 1, plane_sp
 
 }  // namespace
 
-int points(Kind a, Kind b) {
+int points(Kind a, Kind b, Ends ends) {
   for (const auto& p : pairs<double>)
-    if ((p.a == a && p.b == b) || (p.a == b && p.b == a)) return p.points;
+    if ((p.a == a && p.b == b) || (p.a == b && p.b == a))
+      return ends == Ends::off ? p.rows : p.points;
   return 0;
 }
 
-bool have_edges(Kind a, Kind b) { return points(a, b) > 8; }
+bool have_edges(Kind a, Kind b) { return points(a, b, Ends::fade) > 8; }
 
 std::string known_pairs() {
   std::string all;

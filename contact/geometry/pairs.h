@@ -23,25 +23,25 @@ struct Frames {
   Vec3<T> d;
 };
 
+/// What the gaps are for.
+enum class Ends {
+  fade,  ///< energies: overlaps of edges are continuous, see touches()
+  off    ///< rows of rigid contacts: a metre is added to the gap of two edges where they do not
+         ///< cross, so there is one gap for each place; a cylinder may stand flat
+};
 /// Points at which two kinds can touch at the same time, each with a gap of its own (a box on a
 /// plane: its 8 corners). 0: there is no closed form for this pair.
-int points(Kind a, Kind b);
+int points(Kind a, Kind b, Ends ends);
 /// At most this many.
 inline constexpr int most_points = 160;
 
-/// The gap of two edges where they do not cross, and the nearest points are those of corners, which
-/// have gaps of their own.
-enum class Ends {
-  fade,  ///< overlaps are continuous, as energies need them
-  off    ///< a metre is added to it: there is one point for each place, as rows need it
-};
 /// Whether edges of these two kinds have gaps. They touch where their edges are round.
 bool have_edges(Kind a, Kind b);
 
 /// The pairs that exist, as text for messages: "plane and sphere, ...".
 std::string known_pairs();
 
-/// Gaps, normals and places of two shapes; `out` has points(a.kind, b.kind) elements.
+/// Gaps, normals and places of two shapes; `out` has points(a.kind, b.kind, ends) elements.
 ///
 /// The gap is the exact distance outside and the depth of the nearest surface inside, and its
 /// derivative along a motion is n · (v_B - v_A) at `at`. Exceptions, where the nearest point jumps:

@@ -55,7 +55,7 @@ Frames<double> pose(double apart) {
   return {axes(), axes(), apart * Vec{normal(), normal(), normal()}};
 }
 std::vector<Touch<double>> of(const Shape& a, const Shape& b, const Frames<double>& f) {
-  std::vector<Touch<double>> out(size_t(points(a.kind, b.kind)));
+  std::vector<Touch<double>> out(size_t(points(a.kind, b.kind, Ends::fade)));
   touches<double>(a, b, f, out);
   return out;
 }
@@ -72,7 +72,7 @@ TEST(Geometry, SupportFunctionsProveTheDistance) {
   double worst = 0, beaten = 0, control = 0;
   for (const Shape& a : solids)
     for (const Shape& b : solids) {
-      if (points(a.kind, b.kind) != 1) continue;
+      if (points(a.kind, b.kind, Ends::fade) != 1) continue;
       ++pairs;
       for (int k = 0; k < 400; ++k) {
         const auto f = pose(0.7);
@@ -139,7 +139,7 @@ TEST(Geometry, NormalAndPlaceAreTheDerivative) {
   int pairs = 0;
   for (const Shape& a : all)
     for (const Shape& b : all) {
-      const size_t n = size_t(points(a.kind, b.kind));
+      const size_t n = size_t(points(a.kind, b.kind, Ends::fade));
       pairs += n > 0;
       for (int k = 0; k < 100 && n > 0; ++k) {
         const auto f = pose(0.7);
@@ -193,7 +193,7 @@ TEST(Geometry, CornersAndEdgesHaveTheDistance) {
         const auto dual = [&](const Vec& n) {
           return dot(n, f.d) - support(a, f.A, n) - support(b, f.B, -n);
         };
-        std::vector<Touch<double>> out(size_t(points(a.kind, b.kind))), faded = out;
+        std::vector<Touch<double>> out(size_t(points(a.kind, b.kind, Ends::off))), faded = out;
         touches<double>(a, b, f, out, Ends::off);
         touches<double>(a, b, f, faded, Ends::fade);
         const auto less = [](const auto& x, const auto& y) { return x.gap < y.gap; };
@@ -229,8 +229,8 @@ TEST(Geometry, OverlapsThatFadeAreContinuous) {
   double jump = 0, control = 0;
   for (int k = 0; k < 40; ++k) {
     const double side = 0.2 * normal(), yaw = 0.02 * normal();
-    std::vector<Touch<double>> now(size_t(points(a.kind, b.kind))), before = now, off = now,
-                                                                    off_before = now;
+    std::vector<Touch<double>> now(size_t(points(a.kind, b.kind, Ends::fade))),
+        before = now, off = now, off_before = now;
     for (int i = 0; i < 2000; ++i) {
       const double x = 1e-6 * i;
       const Frames<double> f{Mat3<double>::identity(),
@@ -260,7 +260,7 @@ TEST(Geometry, LanesHaveTheBitsOfScalars) {
   all.push_back(shape(Kind::plane, 0));
   for (const Shape& a : all)
     for (const Shape& b : all) {
-      const size_t n = size_t(points(a.kind, b.kind));
+      const size_t n = size_t(points(a.kind, b.kind, Ends::fade));
       std::vector<Frames<double>> f;
       for (int lane = 0; lane < 8; ++lane) f.push_back(pose(0.5));
       Frames<Pack> packed;
@@ -288,8 +288,8 @@ TEST(Geometry, LanesHaveTheBitsOfScalars) {
 }
 
 TEST(Geometry, WhatIsMissingHasNoPoints) {
-  EXPECT_EQ(points(Kind::box, Kind::cylinder), 0);
-  EXPECT_EQ(points(Kind::plane, Kind::plane), 0);
+  EXPECT_EQ(points(Kind::box, Kind::cylinder, Ends::fade), 0);
+  EXPECT_EQ(points(Kind::plane, Kind::plane, Ends::fade), 0);
   EXPECT_NE(known_pairs().find("plane and box"), std::string::npos);
   EXPECT_THROW(check(shape(Kind::sphere, 0)), InvalidArgument);
   EXPECT_THROW(check(shape(Kind::box, 0.4, 0, {0.3, 0.5, 0.4})), InvalidArgument);
