@@ -12,7 +12,7 @@ namespace {
 
 using Across = std::array<double, 2>;
 
-double length(const Across& a) { return std::hypot(a[0], a[1]); }
+double norm_of(const Across& a) { return std::hypot(a[0], a[1]); }
 double along(const Across& a, const Across& b) { return a[0] * b[0] + a[1] * b[1]; }
 
 /// Where a phase ends: with the approach, or when the normal force has done `left` work.
@@ -42,7 +42,7 @@ class Progress {
       Goal goal = whole;
       goal.left -= y_.work - before;
       if (!whole.compresses && !(goal.left > 0)) return;
-      const double slip = length(y_.t);
+      const double slip = norm_of(y_.t);
       if (!(slip > 0)) {
         const SlipStart next =
             slip_start({w_[1][1], w_[1][2], w_[2][2]}, {w_[1][0], w_[2][0]}, mu_);
@@ -52,7 +52,7 @@ class Progress {
       const Across f{-mu_ * y_.t[0] / slip, -mu_ * y_.t[1] / slip};
       const Across a = change(f).t;
       const double turn = std::fabs(a[0] * y_.t[1] - a[1] * y_.t[0]);
-      done = turn <= 1e-13 * slip * (length(a) + mu_ * (w_[1][1] + w_[2][2]))
+      done = turn <= 1e-13 * slip * (norm_of(a) + mu_ * (w_[1][1] + w_[2][2]))
                  ? straight(goal, f, true)
                  : turning(goal, slip);
     }
@@ -97,7 +97,7 @@ class Progress {
   bool straight(const Goal& goal, const Across& f, bool slips) {
     State d = change(f);
     if (!slips) d.t = {0, 0};  // but for rounding
-    const double limit = goal.at(y_.n, d.n), slip = length(y_.t);
+    const double limit = goal.at(y_.n, d.n), slip = norm_of(y_.t);
     double p = limit;
     if (const double brake = along(d.t, y_.t); slip > 0 && brake < 0)
       p = std::min(p, -slip * slip / brake);
@@ -110,7 +110,7 @@ class Progress {
     return !stops;
   }
   State sliding(const State& y) const {
-    const double slip = length(y.t);
+    const double slip = norm_of(y.t);
     const double k = slip > 0 ? -mu_ / slip : 0;
     State d = change({k * y.t[0], k * y.t[1]});
     d.work = y.n;
@@ -125,15 +125,15 @@ class Progress {
   /// A step of order 5 by extrapolation. @param error  of the slip, written
   State stepped(const State& y, double h, double& error) const {
     const State one = runge_kutta(y, h), two = runge_kutta(runge_kutta(y, 0.5 * h), 0.5 * h);
-    error = length({two.t[0] - one.t[0], two.t[1] - one.t[1]}) / 15;
+    error = norm_of({two.t[0] - one.t[0], two.t[1] - one.t[1]}) / 15;
     return two.plus(1.0 / 15, two).plus(-1.0 / 15, one);
   }
   /// With friction that turns with the slip, at most to its end. @return whether at the goal
   bool turning(const Goal& goal, double first) {
     const double before = y_.work;
     const auto beyond = [&](const State& y) { return goal.beyond(y.n, y.work - before); };
-    double h = 0.1 * first / length(sliding(y_).t), error = 0;
-    for (double slip = first; slip > 1e-13 * first; slip = length(y_.t)) {
+    double h = 0.1 * first / norm_of(sliding(y_).t), error = 0;
+    for (double slip = first; slip > 1e-13 * first; slip = norm_of(y_.t)) {
       if (const double all = goal.at(y_.n, sliding(y_).n); all > 0)
         h = std::min(h, 1.01 * all);  // so that it ends beyond
       const State next = stepped(y_, h, error);
@@ -182,17 +182,17 @@ SlipStart slip_start(const std::array<double, 3>& W, const std::array<double, 2>
             (W[1] * a[0] + yy * a[1]) / (trace * trace)};
   };
   Across f = solved(0);
-  if (length(f) <= mu) return {{-f[0], -f[1]}, false};
+  if (norm_of(f) <= mu) return {{-f[0], -f[1]}, false};
   if (mu == 0) return {{0, 0}, true};
   // mu s = (W + c)⁻¹ a with |s| = 1: the length falls with c.
-  double low = 0, high = length(a) / mu;
+  double low = 0, high = norm_of(a) / mu;
   for (int k = 0; k < 200 && low < high; ++k) {
     const double c = 0.5 * (low + high);
     if (c == low || c == high) break;
-    (length(solved(c)) > mu ? low : high) = c;
+    (norm_of(solved(c)) > mu ? low : high) = c;
   }
   f = solved(high);
-  const double k = -mu / length(f);
+  const double k = -mu / norm_of(f);
   return {{k * f[0], k * f[1]}, true};
 }
 
