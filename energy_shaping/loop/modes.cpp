@@ -36,21 +36,22 @@ void report_modes(Certificate& certificate, std::span<const std::complex<double>
       text += " (grows)";
   }
   certificate.report("modes", all[0].frequency, text, numbers);
-  const auto& fastest = *std::ranges::min_element(
-      all, {}, [](const Mode& m) { return m.damping_ratio * m.frequency; });
   const auto& least = *std::ranges::min_element(all, {}, &Mode::damping_ratio);
   constexpr double rounding = 1e-7;  // of a double eigenvalue: √ε
-  if (least.damping_ratio < -rounding)
+  if (least.damping_ratio < -rounding) {
+    const auto& fastest = *std::ranges::min_element(
+        all, {}, [](const Mode& m) { return m.damping_ratio * m.frequency; });
     certificate.report(
         "unstable", fastest.damping_ratio,
         fmt::format("damping ratio of the mode at {:.4g} rad/s: it grows, and the loop leaves its "
                     "rest point by itself; choose other gains",
                     fastest.frequency));
-  else if (least.damping_ratio < 0.01)
+  } else if (least.damping_ratio < 0.01) {
     certificate.report("hardly damped", least.damping_ratio,
                        fmt::format("damping ratio of the mode at {:.4g} rad/s: it swings on for "
                                    "long; raise the damping, or choose the gains by the modes",
                                    least.frequency));
+  }
 }
 
 void report_modes(Certificate& certificate, const ClosedLoop& loop) {

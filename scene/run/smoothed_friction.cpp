@@ -59,8 +59,7 @@ void note_smoothed_friction(RunReport& r, const Scene& scene, const Assembly& as
   if (!(r.step_s > (ended || rings ? most : 2 * most))) return;  // else the method's own error
   r.notes.push_back(
       fmt::format("the smoothed friction of {} turns round within a step of {:.2g} s: expected "
-                  "steps of at most "
-                  "{:.2g} s or a larger smoothing{}",
+                  "steps of at most {:.2g} s or a larger smoothing{}",
                   worst.what, r.step_s, most,
                   worst.in_joint ? ", or \"dry_friction\", which sticks at rest" : ""));
 }

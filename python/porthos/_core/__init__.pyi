@@ -1954,7 +1954,7 @@ def compare_methods(scene: SceneData, assembly: Assembly, methods: list[str], bu
     ...
 
 def error_statistics(errors: list[float], *, scale: float = 1.0) -> dict:
-    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0 bounded or constant, 0.5 random walk, 1 drift or faster; nan where a level of increments is missing, as for less than 32 records, swings are too few, or it jumps within a record, which the words tell), drift_is_significant (beyond five standard errors of a random walk), swing_growth (how many times larger the scatter is in the last part than in the first, if it rises from part to part, else 1) and words (what follows "the error" in the verdict of a run, a drift per record). scale: what the errors are relative to, in the words alone; they compare the error with rounding."""
+    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0 bounded or constant, 0.5 random walk, 1 drift or faster; nan for less than 33 records, too few swings, too much scatter, or a jump within a record: the words tell which), drift_is_significant (beyond five standard errors of a random walk), swing_growth (how many times larger the scatter is in the last part than in the first, if it rises from part to part, else 1) and words (what follows "the error" in the verdict of a run, a drift per record). scale: what the errors are relative to, in the words alone; they compare the error with rounding."""
     ...
 
 def moved_in(folder: os.PathLike) -> tuple:
