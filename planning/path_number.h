@@ -47,8 +47,8 @@ std::shared_ptr<PathNumber> path_number(int nx, F f) {
 }
 
 /// dc/dt along x' = f(t, x, u = 0) of a number whose rate no input changes at once, such as a
-/// distance. Its gradient has the rate of ∇c by differences of the fourth order, with errors of about
-/// 1e-12 of its size.
+/// distance. Its gradient has the rate of ∇c by differences of the fourth order, with errors of
+/// about 1e-12 of its size.
 /// @param dynamics  of the plan, used by one solver at a time
 /// @throws InvalidArgument for null pointers
 std::shared_ptr<PathNumber> rate_of(std::shared_ptr<PathNumber> number,

@@ -128,8 +128,9 @@ class WholeBody {
 
   /// @param tasks  the first is the most important; rows over z
   /// @param calm   what to ask for where the budget is too small: each task with another b. The
-  ///   last give way first, the one with which the work comes within the budget in part. Empty, or
-  ///   if all are not enough: what is asked for is met as the budget lets it, the first task first
+  ///   last give way first; the one with which the work comes within the budget does in part.
+  ///   Empty, or if all are not enough: what is asked for is met as the budget lets it, the first
+  ///   task first
   /// @return valid until the next call
   const WholeBodySolution& solve(std::span<const TaskLevel> tasks,
                                  std::span<const TaskLevel> calm = {});

@@ -1,5 +1,4 @@
-// Goals on distances and positions: their derivatives, and the planned capture of a tumbling
-// target.
+// Goals on distances and positions, their derivatives, and the planned capture of a target.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -56,9 +55,8 @@ TEST(Capture, RatesOfNumbers) {
   EXPECT_THROW((void)rate_of(nullptr, point_mass()), InvalidArgument);
 }
 
-/// A point that shall be on a circle and move along it at its end, with the least force: from rest
-/// at the centre it goes straight out, and stops. Control: without the goal on the rate it does
-/// not.
+/// A point that shall end on a circle with the least force, and not leave it: it goes straight out
+/// and stops. Control: without the goal on the rate it does not stop.
 TEST(Capture, APointReachesACircle) {
   const auto reach = [](bool stops) {
     Problem p;
@@ -88,9 +86,8 @@ TEST(Capture, APointReachesACircle) {
   test::breaks("without the goal on the rate", std::fabs(free.cost - expected), 1);
 }
 
-/// The example's plan, its replay, and the capture after it: the bus is as it began, the wheels
-/// keep within their momentum, and the latch loses nothing. Control: without goals on rates it
-/// does.
+/// The example's plan, its replay, and the capture after it: the latch loses nothing. Control:
+/// without goals on rates it does.
 TEST(Capture, OfATumblingTarget) {
   const auto folder =
       fs::path(testing::TempDir()) / ("porthos_capture_" + std::to_string(getpid()));
