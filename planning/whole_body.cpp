@@ -223,8 +223,10 @@ bool WholeBody::Work::accept(const HierarchySolution& s) {
   explain(s);
   set(s.x);
   outcomes.assign(s.levels.begin() + 3, s.levels.end());
-  if (!out.possible) out.tau.clear();
-  return out.possible;
+  if (out.possible) return true;
+  out.tau.clear();
+  out.work = 0;
+  return false;
 }
 
 /// Goes back from x towards another solution as far as the budget lets it. Between two solutions

@@ -16,7 +16,7 @@ using mechanics::Vec3d;
 /// A contact is closed up to here [m].
 constexpr double closed = 1e-3;
 
-void count(size_t what, double t, std::span<double> memory) {
+void count_instant(size_t what, double t, std::span<double> memory) {
   if (memory[what]++ == 0) memory[what + 1] = t;
 }
 
@@ -70,8 +70,8 @@ void WholeBodyLaw::Work::give_way() {
 void WholeBodyLaw::Work::tell(const WholeBodySolution& s, size_t before, double t,
                               std::span<double> memory) const {
   memory[instants] += 1;
-  if (!s.exceeded.empty()) count(unkept, t, memory);
-  if (s.limited) count(unpaid, t, memory);
+  if (!s.exceeded.empty()) count_instant(unkept, t, memory);
+  if (s.limited) count_instant(unpaid, t, memory);
   auto own = memory.subspan(told_size);
   for (size_t k = 0; k < d.tasks.size(); ++k, own = own.subspan(of_task)) {
     own[error_now] = s.tasks[before + k].distance();
@@ -168,7 +168,7 @@ void WholeBodyLaw::operator()(double t, std::span<const double> x, std::span<con
   const auto* s = &w.body->solve(w.levels, w.calm_levels);
   size_t before = 0;
   if (!s->possible) {
-    count(Work::gave_way, t, memory);
+    count_instant(Work::gave_way, t, memory);
     w.give_way();
     for (auto* all : {&w.levels, &w.calm_levels})
       if (!all->empty()) all->insert(all->begin(), w.body->still_contacts());

@@ -119,7 +119,7 @@ struct WholeBody::Work {
   bool accept(const HierarchySolution& s);
   void set(std::span<const double> x);
   void keep_budget(std::span<const TaskLevel> tasks, std::span<const TaskLevel> calm);
-  void mix(std::span<const double> from, const WholeBodySolution& before);
+  void mix(std::span<const double> other, const WholeBodySolution& of_other);
   void limit_work(TaskLevel& level);
 };
 

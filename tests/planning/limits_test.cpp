@@ -244,7 +244,7 @@ TEST(Limits, Refusals) {
   expect_refused(p, "duration is 0 s, expected more than 0");
   p = mass(1);
   p.goals[0].rate = 1;
-  expect_refused(p, "a goal has both a row and a rate or neither, expected one");
+  expect_refused(p, "a goal has several of a row, a rate and a number or none, expected one");
   p = mass(1);
   p.goals[0].row[0].first = 2;
   expect_refused(p, "a goal names state number 2, expected 0 to 1");
