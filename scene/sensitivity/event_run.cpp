@@ -102,7 +102,6 @@ void EventRun::run(const std::string& instead, const std::atomic<bool>* stop) {
     (void)differentiable_steps(p->scene, p->assembly, instead);
     if (p->assembly.model->description().nx != p->assembly.mechanical->description().nx)
       refuse("no parts with states of their own");
-    if (!p->assembly.model->holds().empty()) refuse("no sampled controllers");
     Made made{p->scene, p->assembly, chain_->list().size()};
     WatchedRun watched(p->scene, p->assembly, p->until, {});
     const auto stopped = [&] { return stop && stop->load(std::memory_order_relaxed); };

@@ -26,8 +26,8 @@ class EventRun {
   /// Runs the scene. Scene and assembly must outlive it.
   /// @param instead  the way out, at the end of a refusal
   /// @throws InvalidArgument as differentiable_steps() in any phase, for parts with states of their
-  ///   own, sampled controllers, step controls, an event at the start, one that engages a latch
-  ///   or closes or opens a loop, one that is impossible
+  ///   own, step controls, an event at the start, one that engages a latch or closes or opens a
+  ///   loop, one that is impossible
   EventRun(const Scene& scene, const Assembly& assembly, const std::string& instead,
            const std::atomic<bool>* stop);
   EventRun(const EventRun&) = delete;

@@ -278,7 +278,9 @@ joint = "wrist"
 stiffness = 1
 rate = 10
 )");
-  EXPECT_EQ(refused(s), "scene.toml: a gradient across events takes no sampled controllers");
+  EXPECT_EQ(refused(s),
+            "a gradient across events takes no sampled controllers, and 'arm' has "
+            "'wrist.controller'");
   s = catching("at = 1.5\nreach = 0.001");
   EXPECT_NE(refused(s).find("the distance is"), std::string::npos) << refused(s);
   s = handling(lock());
