@@ -63,7 +63,7 @@ TEST(EachOther, EveryTwoThatNoJointConnects) {
   EXPECT_EQ(names(m, all), expected);
   const auto near = [&](const ContactModel& of) {
     const auto everything = of.all_rigid();
-    Gaps<double> gaps(m, everything);
+    Gaps<double> gaps(m, everything, Ends::off);
     gaps.place(m.neutral());
     NearPairs pairs(of);
     pairs.find(gaps.seat, gaps.seat);

@@ -88,7 +88,8 @@ TEST(Neighbours, EveryPairThatCanTouchInAStep) {
                               {"mixed", others, balls, rigid_law(0)},
                               {"table", balls, {{"world", table}}, rigid_law(0)}});
     const auto everything = model.all_rigid();
-    Gaps<double> start(model.mechanism(), everything), end(model.mechanism(), everything);
+    Gaps<double> start(model.mechanism(), everything, Ends::off),
+        end(model.mechanism(), everything, Ends::off);
     Numbers q, to;
     for (size_t i = 0; i < n; ++i) {
       const double fast = std::exp(any(random) - 2);
