@@ -4,6 +4,9 @@
 #include <pybind11/functional.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "integrators/derivatives/run_gradient.h"
 #include "integrators/derivatives/tangent_run.h"
 #include "mechanics/derivatives/linearised_mechanism.h"
@@ -13,6 +16,7 @@
 #include "python/interruptible.h"
 #include "scene/assemble/assembly.h"
 #include "scene/sensitivity/differentiable.h"
+#include "scene/sensitivity/event_run.h"
 #include "scene/sensitivity/sensitivity.h"
 
 namespace porthos::python {
@@ -71,12 +75,50 @@ RunGradient gradient(std::shared_ptr<const phs::Model> model, const py::object& 
                         end_curvature, sampled_curvature, running_curvature});
 }
 
+/// The same across the events of a scene. The parts of the cost get the states of its phases.
+RunGradient gradient_across(const scene::Scene& s, const scene::Assembly& a, const py::object& end,
+                            const py::object& sampled, size_t memory) {
+  const integrators::EventObjective objective{.end = part_of("end", end),
+                                              .sampled = part_of("sampled", sampled)};
+  integrators::EventGradient g;
+  RunGradient r;
+  interruptibly([&](const std::atomic<bool>& stop) {
+    const scene::EventRun run(s, a, "", &stop);
+    r.remark = run.failure();
+    if (!r.remark.empty()) return;
+    g = integrators::gradient_across_events(s.method, run.phases(), a.initial, s.step, s.duration,
+                                            objective, {.memory = memory, .stop = &stop});
+    r.remark = g.remark;
+    r.names = integrators::parameters_of_run(s.method, *a.model, s.step);
+    for (const auto& input : run.inputs()) r.names.push_back(input.name);
+  });
+  if (!r.remark.empty())
+    throw std::runtime_error("the gradient across events stopped: " + r.remark);
+  r.cost = g.cost;
+  r.end = std::move(g.end);
+  r.start = std::move(g.start);
+  for (const auto& name : r.names) {
+    const auto at = std::ranges::find(g.names, name);
+    r.parameters.push_back(at == g.names.end() ? 0 : g.parameters[size_t(at - g.names.begin())]);
+  }
+  r.duration = r.growth = NAN;
+  return r;
+}
+
 RunGradient gradient_of_scene(const scene::Scene& s, const scene::Assembly& a,
                               const py::object& end, const py::object& sampled,
                               const py::object& running, size_t memory, const py::object& direction,
                               const py::object& parameter_direction,
                               const py::object& end_curvature, const py::object& sampled_curvature,
                               const py::object& running_curvature) {
+  if (!s.events.empty()) {
+    for (const auto* other : {&running, &direction, &parameter_direction})
+      if (!other->is_none())
+        throw InvalidArgument(
+            "a gradient across events has no running cost and no direction, expected end and "
+            "sampled alone");
+    return gradient_across(s, a, end, sampled, memory);
+  }
   const scene::Steps steps = scene::differentiable_steps(s, a);
   const auto of_run = [&](const std::atomic<bool>& stop) {
     return scene::run_steps(s, a, steps, &stop);

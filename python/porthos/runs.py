@@ -158,7 +158,9 @@ class Scene:
         """The gradient of the scene's run from its start, see gradient(); of the model's state, where the centre of mass may be taken out.
 
         With a step control the steps are those of the run; their own change is not in the derivative, of the order of the
-        method's error. Raises InvalidArgument for events, an orbit, and all that gradient() refuses.
+        method's error. Across events the parts of the cost get the state of the phase that runs; there is no running cost and
+        no direction, and `parameters` has the numbers of the events too, "event[0].above". Raises InvalidArgument for an orbit,
+        and all that gradient() refuses.
         """
         return _core.gradient_of_scene(self.data, self.assembly, end, sampled, running, memory, direction, parameter_direction,
                                        end_curvature, sampled_curvature, running_curvature)

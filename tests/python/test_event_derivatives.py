@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import porthos as ph
+import pytest
 from test_dynamics import refused
 
 
@@ -76,3 +77,15 @@ def test_a_sampled_controller():
     step = np.array([[1, h / m], [0, 1]]) + np.outer([h * h / (2 * m), h], [-k, -d / m])
     M = np.linalg.matrix_power(step, steps)
     assert np.allclose(g.start, M[0], rtol=0, atol=1e-13)
+
+
+def test_a_scene_across_its_lock(source):
+    scene = ph.Scene(source / "examples/deployment/scene.toml", duration=20)
+    s = scene.sensitivity(["panel_1.position"])
+    at = int(np.argmin(abs(scene.gradient(end=lambda t, x: (0.0, 0 * x)).end.x - s.values[0])))
+    g = scene.gradient(end=lambda t, x: (x[at], np.eye(len(x))[at]))
+    assert g.cost == pytest.approx(s.values[0], rel=1e-12)
+    for name in ("event[0].above", "panel_1.stiffness", "spring.factor"):
+        slope = s.slope("panel_1.position", name)
+        assert abs(slope) > 1e-6 and g.parameters[name] == pytest.approx(slope, rel=1e-9)
+    refused(lambda: scene.gradient(end=place, direction=g.start), "across events has no running cost and no direction")

@@ -250,6 +250,17 @@ TEST_F(EventSlopes, NeedTheInstantAndThePlace) {
 }
 
 /// What has no slopes is named.
+TEST_F(EventSlopes, TellWhatNeverHappened) {
+  Scene s = catching("when = \"within_reach\"\nreach = 0.05\nspeed = 1\nrate = 1");
+  s.duration = 0.5;
+  const auto r = end_sensitivity(s, {.of = {"bus.x"}});
+  ASSERT_EQ(r.failure, "");
+  ASSERT_EQ(r.notes.size(), 1U);
+  EXPECT_EQ(r.notes[0],
+            "it never happened, and the slopes are of runs without it: capture of target by bus");
+  EXPECT_NEAR(slope_of(r, "bus.x", "base.linear_velocity.x"), 0.5, 1e-14);
+}
+
 TEST_F(EventSlopes, RefuseWhatHasNone) {
   const auto refused = [&](const Scene& s) {
     const auto text = refusal([&] { (void)end_sensitivity(s, {}); });
