@@ -23,13 +23,23 @@ using ElasticHandle = std::shared_ptr<Elastic>;
 
 using SpringNumbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
+SpringNumbers spring_numbers(const char* name, const py::object& given) {
+  if (auto numbers = SpringNumbers::ensure(given)) return numbers;
+  PyErr_Clear();
+  throw InvalidArgument(std::string(name) + " is " + kind_of(given) +
+                        ", expected a number or an array of numbers");
+}
+
 /// f(q, theta, sigma, numbers of the item) for numbers, or for arrays that are broadcast as numpy
 /// does: their shape, with that of the item behind it. Of plain numbers the item alone.
 template <class F>
-py::array_t<double> of_each(const SpringNumbers& q, const SpringNumbers& theta,
-                            const SpringNumbers& sigma, const Shape& item, const F& f) {
+py::array_t<double> of_each(const py::object& q, const py::object& theta, const py::object& sigma,
+                            const Shape& item, const F& f) {
   const py::tuple all =
-      py::module_::import("numpy").attr("broadcast_arrays")(q, theta, sigma).cast<py::tuple>();
+      py::module_::import("numpy")
+          .attr("broadcast_arrays")(spring_numbers("q", q), spring_numbers("theta", theta),
+                                    spring_numbers("sigma", sigma))
+          .cast<py::tuple>();
   const auto a = all[0].cast<SpringNumbers>(), b = all[1].cast<SpringNumbers>(),
              c = all[2].cast<SpringNumbers>();
   Shape shape(a.shape(), a.shape() + a.ndim());
@@ -42,12 +52,11 @@ py::array_t<double> of_each(const SpringNumbers& q, const SpringNumbers& theta,
 }
 /// One number of each: a float of plain numbers.
 template <class F>
-py::object number_of_each(const SpringNumbers& q, const SpringNumbers& theta,
-                          const SpringNumbers& sigma, const F& f) {
-  if (q.ndim() + theta.ndim() + sigma.ndim() == 0)
-    return py::float_(f(*q.data(), *theta.data(), *sigma.data()));
-  return of_each(q, theta, sigma, {},
-                 [&](double x, double y, double z, auto to) { to[0] = f(x, y, z); });
+py::object number_of_each(const py::object& q, const py::object& theta, const py::object& sigma,
+                          const F& f) {
+  const auto all = of_each(q, theta, sigma, {},
+                           [&](double x, double y, double z, auto to) { to[0] = f(x, y, z); });
+  return all.ndim() == 0 ? py::object(py::float_(*all.data())) : py::object(all);
 }
 
 void bind_elastic(py::module_& m) {
@@ -81,16 +90,16 @@ void bind_elastic(py::module_& m) {
           "unloading [N m]; 0: none that is told from noise.")
       .def(
           "energy",
-          [](const Elastic& e, const SpringNumbers& q, const SpringNumbers& theta,
-             const SpringNumbers& sigma) {
+          [](const Elastic& e, const py::object& q, const py::object& theta,
+             const py::object& sigma) {
             return number_of_each(q, theta, sigma,
                                   [&](double x, double y, double z) { return e.energy(x, y, z); });
           },
           arg("q"), arg("theta"), arg("sigma") = 0.0, "E [J]: a float, or an array of their shape")
       .def(
           "slopes",
-          [](const Elastic& e, const SpringNumbers& q, const SpringNumbers& theta,
-             const SpringNumbers& sigma) {
+          [](const Elastic& e, const py::object& q, const py::object& theta,
+             const py::object& sigma) {
             const auto slope = [&](double Slopes<double>::*of) {
               return number_of_each(q, theta, sigma, [&](double x, double y, double z) {
                 return e.slopes(x, y, z).*of;
@@ -104,8 +113,8 @@ void bind_elastic(py::module_& m) {
           "negative.")
       .def(
           "stiffness",
-          [](const Elastic& e, const SpringNumbers& q, const SpringNumbers& theta,
-             const SpringNumbers& sigma) {
+          [](const Elastic& e, const py::object& q, const py::object& theta,
+             const py::object& sigma) {
             return number_of_each(q, theta, sigma, [&](double x, double y, double z) {
               return e.stiffness(x, y, z);
             });
@@ -114,8 +123,8 @@ void bind_elastic(py::module_& m) {
           "d2E/dq2 [N m/rad]: a float, or an array of their shape")
       .def(
           "hessian",
-          [](const Elastic& e, const SpringNumbers& q, const SpringNumbers& theta,
-             const SpringNumbers& sigma) {
+          [](const Elastic& e, const py::object& q, const py::object& theta,
+             const py::object& sigma) {
             return of_each(q, theta, sigma, {3, 3}, [&](double x, double y, double z, auto to) {
               auto at = to.begin();
               for (const auto& row : e.hessian(x, y, z)) at = std::ranges::copy(row, at).out;

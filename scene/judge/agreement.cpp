@@ -103,7 +103,7 @@ Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const 
     return mechanics::Quaternion<double>{k.q[0][i], {k.q[1][i], k.q[2][i], k.q[3][i]}};
   };
   const auto rate = [&](size_t i) { return Vec3d{k.v[0][i], k.v[1][i], k.v[2][i]}; };
-  const bool along_world = map_.angular_in_world && by_rates_;
+  const bool along_world = axes_.angular_in_world && by_rates_;
   Agreement one{k.c.name};
   double rounded = 0;  // a rotation is twice the change of a quaternion
   for (const Numbers& column : k.q) rounded += 2 * rounding(column);
@@ -142,7 +142,7 @@ Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const 
 
 /// The velocity of a base's origin along the world's axes, by row.
 std::vector<Numbers> Trajectory::velocity_in_world(const Columns& place) const {
-  if (!map_.linear_in_body) return place.v;
+  if (!axes_.linear_in_body) return place.v;
   const auto of_same_base = [&](const Columns& k) {
     return k.c.kind == BlockKind::rotation && k.c.node == place.c.node;
   };

@@ -129,6 +129,24 @@ class Asking {
     if (trajectory_.has(BlockKind::rotation))
       ask(trajectory_.with_scalar_last(), "is the quaternion x y z w? expected w x y z.");
   }
+  void about_rate_axes() {
+    if (!trajectory_.has(BlockKind::rotation)) return;
+    const auto is = trajectory_.rate_axes();
+    const auto of = [](bool own) { return own ? "the base's own" : "the world's"; };
+    const auto word = [](bool own) { return own ? "body" : "world"; };
+    const bool linear = !is.linear_in_body, angular = is.angular_in_world;  // the other axes
+    const std::string lines[] = {fmt::format("linear_velocity_axes = \"{}\"", word(linear)),
+                                 fmt::format("angular_velocity_axes = \"{}\"", word(angular))};
+    if (trajectory_.has(BlockKind::linear))
+      ask(trajectory_.with_rates_along({linear, is.angular_in_world}),
+          fmt::format("are linear velocities along {} axes? {} in the map.", of(linear), lines[0]));
+    ask(trajectory_.with_rates_along({is.linear_in_body, !angular}),
+        fmt::format("are angular velocities along {} axes? {} in the map.", of(angular), lines[1]));
+    if (trajectory_.has(BlockKind::linear))
+      ask(trajectory_.with_rates_along({linear, !angular}),
+          fmt::format("are all velocities along other axes? {} and {} in the map.", lines[0],
+                      lines[1]));
+  }
   void about_axes() {
     if (!trajectory_.has(BlockKind::linear)) return;
     for (const auto& [a, b] : {std::pair<size_t, size_t>{0, 1}, {0, 2}, {1, 2}})
@@ -202,6 +220,7 @@ bool ask_about_columns(RunReport& r, const Trajectory& trajectory, const Measuri
   if (!asking.is_far_off()) return false;
   asking.about_degrees();
   asking.about_attitudes();
+  asking.about_rate_axes();
   asking.about_times();
   asking.about_lengths();
   asking.about_axes();

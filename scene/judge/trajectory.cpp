@@ -96,7 +96,8 @@ Trajectory::Trajectory(const TrajectoryTable& table, const TrajectoryMap& map, c
       map_(map),
       m_(*a.mechanism),
       model_(*a.mechanical),
-      lost_(size_t(m_.angle_count())) {
+      lost_(size_t(m_.angle_count())),
+      axes_{map.linear_in_body, map.angular_in_world} {
   require_known_coordinates(map, m_);
   const Finder finder(table, map);
   size_t angle = 0;
@@ -186,8 +187,8 @@ void Trajectory::turn_rates(const Numbers& q, Numbers& v) const {
       const Vec3d local = R.tmul(Vec3d{x[0], x[1], x[2]});
       for (int n = 0; n < 3; ++n) x[n] = local[n];
     };
-    if (map_.angular_in_world) turn(k.c.v);
-    if (map_.linear_in_body) continue;
+    if (axes_.angular_in_world) turn(k.c.v);
+    if (axes_.linear_in_body) continue;
     for (const Columns& o : columns_)
       if (o.c.joint == k.c.joint && o.c.nv == 3 && o.c.kind == BlockKind::linear) turn(o.c.v);
   }
@@ -266,6 +267,13 @@ Trajectory Trajectory::with_scalar_last() const {
   other.lost_.assign(lost_.size(), 0);
   for (Columns& k : other.columns_)
     if (k.c.kind == BlockKind::rotation) std::rotate(k.q.begin(), k.q.end() - 1, k.q.end());
+  return other;
+}
+
+Trajectory Trajectory::with_rates_along(RateAxes axes) const {
+  Trajectory other(*this);
+  other.lost_.assign(lost_.size(), 0);
+  other.axes_ = axes;
   return other;
 }
 

@@ -73,8 +73,9 @@ void panel_of(Svg& svg, double left, const std::string& title, const std::vector
 
 /// The rows of a table as they were measured, in the colours of their settings; those of settings
 /// without a curve are grey.
+/// @param left_over  less the torque of the energy at the setting
 std::vector<Curve> measured_dots(const vsa::Elastic& e, const std::vector<double>& sigmas,
-                                 const std::vector<Curve>& curves) {
+                                 const std::vector<Curve>& curves, bool left_over = false) {
   std::vector<Curve> dots(sigmas.size() + 1);
   for (size_t k = 0; k < sigmas.size(); ++k) dots[k].colour = curves[k].colour;
   dots.back().colour = colour::soft;
@@ -84,16 +85,24 @@ std::vector<Curve> measured_dots(const vsa::Elastic& e, const std::vector<double
     const double setting = *std::ranges::min_element(settings, {}, off);
     auto& to = dots[size_t(std::ranges::find(sigmas, setting) - sigmas.begin())];
     to.x.push_back(r.deflection);
-    to.y.push_back(r.torque);
+    to.y.push_back(left_over ? r.torque - e.slopes(r.deflection, 0, setting).q : r.torque);
   }
   return dots;
 }
 
+/// What is left over of measured torques, and how wide a loop of loading and unloading is.
+std::string title_of_residuals(const vsa::Elastic& e) {
+  const double loop = vsa::measured_loop(e);
+  return "measured torque - curve [N m]" +
+         (loop > 0 ? fmt::format(": a loop {:.2g} N m wide", loop) : "");
+}
+
 /// Of deflections up to that one to both sides; the energy's angle θ counts where it is not
 /// translation invariant.
+/// @param more  panels on the right: the energy, and what is left over of measured torques
 std::string curves_of(const std::string& title, const vsa::Elastic& e,
                       const std::vector<double>& sigmas, double deflection, double theta,
-                      bool with_energy) {
+                      int more) {
   std::vector<double> x;
   for (int i = 0; i < points; ++i) x.push_back(deflection * (2.0 * i / (points - 1) - 1));
   std::vector<Curve> torque, stiffness, energy;
@@ -118,7 +127,7 @@ std::string curves_of(const std::string& title, const vsa::Elastic& e,
     stiffness.push_back(c);
     energy.push_back(E);
   }
-  Svg svg(with_energy ? width + next : width, height);
+  Svg svg(width + more * next, height);
   svg.text(64, 26, "start", 16, colour::ink, title, " font-weight=\"600\"");
   double at = 64;
   for (size_t k = 0; k < sigmas.size() && !traits.sigma.empty(); ++k) {
@@ -133,7 +142,10 @@ std::string curves_of(const std::string& title, const vsa::Elastic& e,
   const double mark = each ? HUGE_VAL : limit;
   panel_of(svg, 64, "holding torque [N m]", x, torque, mark, measured_dots(e, sigmas, torque));
   panel_of(svg, 64 + next, "stiffness [N m/rad]", x, stiffness, mark);
-  if (with_energy) panel_of(svg, 64 + 2 * next, "energy [J]", x, energy, mark);
+  if (more > 0) panel_of(svg, 64 + 2 * next, "energy [J]", x, energy, mark);
+  if (more > 1)
+    panel_of(svg, 64 + 3 * next, title_of_residuals(e), x, {}, mark,
+             measured_dots(e, sigmas, torque, true));
   return svg.finish();
 }
 
@@ -179,7 +191,7 @@ std::string spring_plot(const JointActuator& a) {
   else if (measured < HUGE_VAL)
     deflection = measured;
   return curves_of(fmt::format("{} ({})", a.name, traits.family), *a.actuator.elastic, sigmas,
-                   deflection, theta, true);
+                   deflection, theta, settings.empty() ? 1 : 2);
 }
 
 }  // namespace porthos::scene

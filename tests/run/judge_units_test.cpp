@@ -146,6 +146,31 @@ TEST_F(JudgeUnits, QuaternionsAndPlacesInAnotherOrderAreAskedAboutFirst) {
   EXPECT_EQ(at(other, "is the quaternion x y z w?"), other.notes.size()) << "control";
 }
 
+/// A map that says other axes of the base's rates than the file has; control: as the file has them.
+TEST_F(JudgeUnits, RatesAlongOtherAxesAreAskedAbout) {
+  const auto said = [&](const char* linear, const char* angular) {
+    write_bytes(folder_ / "map.toml",
+                fmt::format("[verify]\nenergy = 1e-6\n[model]\nbase = \"free\"\n[columns]\n"
+                            "linear_velocity_axes = \"{}\"\nangular_velocity_axes = \"{}\"\n",
+                            linear, angular));
+    const auto r = judged([](const auto&) { return 1; });
+    std::string all = r.passed() ? "pass" : "";
+    for (const auto& note : r.notes) all += note + "\n";
+    return all;
+  };
+  EXPECT_TRUE(said("world", "body").starts_with("pass")) << said("world", "body");
+  EXPECT_TRUE(says(said("body", "body"),
+                   "are linear velocities along the world's axes? "
+                   "linear_velocity_axes = \"world\" in the map."))
+      << said("body", "body");
+  EXPECT_TRUE(says(said("world", "world"),
+                   "are angular velocities along the base's own axes? "
+                   "angular_velocity_axes = \"body\" in the map."))
+      << said("world", "world");
+  EXPECT_TRUE(says(said("body", "world"), "are all velocities along other axes? "))
+      << said("body", "world");
+}
+
 /// Gravity that only the map or only the file has.
 TEST_F(JudgeUnits, AnotherGravityIsAskedAbout) {
   const std::string map = "[verify]\nenergy = 1e-6\n[model]\nbase = \"free\"\n",

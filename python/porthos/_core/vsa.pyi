@@ -61,16 +61,16 @@ class Elastic:
     def loop(self) -> float:
         """Of a measured spring the width of the loop of its rows, loading above unloading [N m]; 0: none that is told from noise."""
         ...
-    def energy(self, q: NDArray[numpy.float64], theta: NDArray[numpy.float64], sigma: NDArray[numpy.float64] = 0.0) -> Any:
+    def energy(self, q: Any, theta: Any, sigma: Any = 0.0) -> Any:
         """E [J]: a float, or an array of their shape"""
         ...
-    def slopes(self, q: NDArray[numpy.float64], theta: NDArray[numpy.float64], sigma: NDArray[numpy.float64] = 0.0) -> tuple:
+    def slopes(self, q: Any, theta: Any, sigma: Any = 0.0) -> tuple:
         """dE/d(q, theta, sigma): efforts a motion has to bring up; what the spring does is their negative."""
         ...
-    def stiffness(self, q: NDArray[numpy.float64], theta: NDArray[numpy.float64], sigma: NDArray[numpy.float64] = 0.0) -> Any:
+    def stiffness(self, q: Any, theta: Any, sigma: Any = 0.0) -> Any:
         """d2E/dq2 [N m/rad]: a float, or an array of their shape"""
         ...
-    def hessian(self, q: NDArray[numpy.float64], theta: NDArray[numpy.float64], sigma: NDArray[numpy.float64] = 0.0) -> NDArray[numpy.float64]:
+    def hessian(self, q: Any, theta: Any, sigma: Any = 0.0) -> NDArray[numpy.float64]:
         """Second derivatives, rows and columns (q, theta, sigma): (..., 3, 3)."""
         ...
 

@@ -97,6 +97,13 @@ class Trajectory {
   Trajectory with_axes_exchanged(size_t a, size_t b, bool positions, bool rates) const;
   /// The same, if attitudes are x y z w.
   Trajectory with_scalar_last() const;
+  /// The axes of the rates of free bases.
+  struct RateAxes {
+    bool linear_in_body = false, angular_in_world = false;  ///< as TrajectoryMap
+  };
+  RateAxes rate_axes() const { return axes_; }
+  /// The same rows with rates along other axes.
+  Trajectory with_rates_along(RateAxes axes) const;
 
   /// Works of the torques from row i - 1 to row i [J], as the map says they go between rows.
   void works(const Numbers& t, size_t i, std::span<double> to) const;
@@ -134,6 +141,7 @@ class Trajectory {
   std::vector<std::string> torques_;
   std::vector<std::int64_t> lost_;  ///< turns, by angle
   bool by_rates_ = false, by_momenta_ = false;
+  RateAxes axes_;
   double norm_error_ = 0;
 };
 
