@@ -147,13 +147,16 @@ std::vector<double> with_start_of(const Log& log, const Unknowns& unknowns) {
   auto z = unknowns.start();
   if (log.times.front() > 0) return z;
   for (size_t i = 0; i < z.size(); ++i) {
-    const std::string& name = unknowns.list()[i].name;
-    const double scale = unknowns.list()[i].scale;
-    if (const LogColumn* c = column_named(log, name))
-      z[i] = c->values[0] / scale;
-    else if (const auto at = name.rfind(".velocity"); at != name.npos)
-      if (const LogColumn* place = column_named(log, name.substr(0, at) + ".position"))
-        z[i] = first_slope(log, *place) / scale;
+    const auto& [name, unit, start, scale, of_start] = unknowns.list()[i];
+    const LogColumn* place = nullptr;
+    if (const auto at = name.rfind(".velocity"); at != name.npos)
+      place = column_named(log, name.substr(0, at) + ".position");
+    if (const LogColumn* c = column_named(log, name)) {
+      const double off = c->values[0] - start;  // a turn that the log does not tell stays
+      z[i] = (start + (c->of.wraps ? std::remainder(off, 2 * std::numbers::pi) : off)) / scale;
+    } else if (place) {
+      z[i] = first_slope(log, *place) / scale;
+    }
   }
   return z;
 }
