@@ -74,8 +74,7 @@ Seen run_ensemble(const fs::path& path) {
   const auto r = scene::run_ensemble(e, o);
   if (r.complete && r.verdict() == Verdict::pass) return {};
   std::string why = fmt::format("{} of {} cases passed", r.passed, r.cases);
-  for (const auto& kind : r.failures)
-    why += fmt::format("; {} of them: {}", kind.count, kind.name);
+  for (const auto& kind : r.failures) why += fmt::format("; {} of them: {}", kind.count, kind.name);
   return {"", why};
 }
 
