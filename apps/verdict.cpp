@@ -30,6 +30,14 @@ std::string checks_text(const RunReport& r) {
 
 std::string energy_text(const RunReport& r) {
   const auto& e = r.energy;
+  const std::string start = fmt::format("start {:.9g} J{}, ", e.initial_J,
+                                        e.about_centre ? " about the centre of mass" : "");
+  const std::string error = "the error " + scene::growth_words(r);
+  if (scene::only_start(r)) return start + error;
+  const std::string seen = fmt::format("seen at {} records and {} steps between\n            {}",
+                                       r.records, r.looks, error);
+  if (scene::energy_overflowed(r))
+    return fmt::format("{}error max {:.3g} J, {}", start, e.max_abs_error_J, seen);
   std::string scale;
   double parts = 0;
   for (const auto& [name, joule] : e.scale_parts) {
@@ -42,13 +50,10 @@ std::string energy_text(const RunReport& r) {
     scale = "exchanged by sources and losses; stored: " + scale;
   const std::string rms =
       std::isfinite(e.rms_rel_error) ? fmt::format(", rms {:.3g} relative", e.rms_rel_error) : "";
-  return fmt::format("start {:.9g} J{}, error max {:.3g} J = {:.3g} relative{}\n", e.initial_J,
-                     e.about_centre ? " about the centre of mass" : "", e.max_abs_error_J,
-                     e.max_rel_error, rms) +
-         fmt::format(
-             "            relative to {:.4g} J ({}), seen at {} records and {} steps between\n",
-             e.scale_J, scale.empty() ? "no energy stored" : scale, r.records, r.looks) +
-         "            the error " + scene::growth_words(r) +
+  return fmt::format(
+             "{}error max {:.3g} J = {:.3g} relative{}\n            relative to {:.4g} J ({}), {}",
+             start, e.max_abs_error_J, e.max_rel_error, rms, e.scale_J,
+             scale.empty() ? "no energy stored" : scale, seen) +
          (e.drift_is_significant
               ? ""
               : fmt::format("; drift {:.2g} per s, not significant", e.drift_per_s));

@@ -16,7 +16,7 @@ std::string refutation(const ClaimResult& c) {
                   c.bound + 0.5, c.measured, how, c.bound);
   else
     std::snprintf(text, sizeof text,
-                  "%s: declared, measured a defect of %.1e %s, expected at most %.0e",
+                  "%s: declared, measured an error of %.1e %s, expected at most %.0e",
                   c.claim.c_str(), c.measured, how, c.bound);
   return text;
 }

@@ -68,8 +68,8 @@ struct ClaimResult {
   /// "order", "symmetric", "symplectic", "quadratic invariants", "energy", "passivity", "resumable"
   std::string claim;
   bool declared = true;      ///< whether the method claims it
-  double measured = 0;       ///< the defect; of the order, the order
-  double bound = 0;          ///< the largest defect, the smallest order of what holds
+  double measured = 0;       ///< the error; of the order, the order
+  double bound = 0;          ///< the largest error, the smallest order of what holds
   std::string why_not = {};  ///< why it could not be measured; empty if it was
   std::string how = {};      ///< what was compared: "after 20 steps forth and 20 back"
   /// Whether what is declared shows, or cannot be measured on such a system. False where the steps
@@ -88,7 +88,7 @@ struct ClaimReport {
 };
 
 /// Measures the claims of any method of the catalogue, also of one that was added, from `start`
-/// with steps of h [s]. Take a step as long as runs have: the defects of a false claim shrink with
+/// with steps of h [s]. Take a step as long as runs have: the errors of a false claim shrink with
 /// it. Symmetry and symplecticity are measured with 3 h and 6 h too, as far as these resolve the
 /// motion to 1 %; where their errors are too small for a false claim to show, that is told. A claim
 /// that holds here need not hold on every system. Methods whose error a tolerance sets take steps

@@ -207,9 +207,9 @@ by the one before is not resumed by another (see method_version). One step costs
   py::class_<ClaimResult>(m, "ClaimResult", "One claim of a method, as it shows on a system.")
       .def_readonly("claim", &ClaimResult::claim)
       .def_readonly("declared", &ClaimResult::declared)
-      .def_readonly("measured", &ClaimResult::measured, "The defect; of the order, the order.")
+      .def_readonly("measured", &ClaimResult::measured, "The error; of the order, the order.")
       .def_readonly("bound", &ClaimResult::bound,
-                    "The largest defect, the smallest order of what holds.")
+                    "The largest error, the smallest order of what holds.")
       .def_readonly("why_not", &ClaimResult::why_not,
                     "Why it could not be measured; empty if it was.")
       .def_property_readonly("holds", &ClaimResult::holds, "Whether what is declared shows.");
@@ -228,7 +228,7 @@ by the one before is not resumed by another (see method_version). One step costs
       },
       py::arg("method"), py::arg("model"), py::arg("start"), py::kw_only(), py::arg("step"),
       R"(Measures what a method claims, one of your own too, on a model from a start: order, symmetry, symplecticity by the exact
-derivative of two steps, quadratic invariants, energy, of systems with losses or sources the balance. step [s]: as long as runs have, for the defects of a false claim shrink
+derivative of two steps, quadratic invariants, energy, of systems with losses or sources the balance. step [s]: as long as runs have, for the errors of a false claim shrink
 with it. A claim that holds here need not hold on every system.)");
   m.def("method_version", &version_of, py::arg("method"),
         "Of a method that was added: the digest of its code, with the numbers, arrays and "

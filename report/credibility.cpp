@@ -83,9 +83,12 @@ Json verification(const Json& s) {
 
 Json uncertainty(const Json& s, const Json& comparison) {
   const auto& e = s.at("energy");
+  const std::string growth = e.value("growth", "grew in a way not recorded");
   std::string text =
-      fmt::format("Numerical: the energy error is at most {} relative; it {}. ",
-                  number(e.at("max_rel_error")), e.value("growth", "grew in a way not recorded"));
+      e.at("max_rel_error").is_null()
+          ? fmt::format("Numerical: the energy error {}. ", growth)
+          : fmt::format("Numerical: the energy error is at most {} relative; it {}. ",
+                        number(e.at("max_rel_error")), growth);
   if (comparison.is_object() && comparison.contains("trajectory") &&
       comparison.at("trajectory").at("reference_error").is_number())
     text += fmt::format("Trajectories were compared with a reference known to {}. ",

@@ -87,7 +87,6 @@ std::vector<float> Thinned::column(const std::string& name) const {
 }
 
 std::vector<float> Thinned::length(const std::string& name) const {
-  if (!records_.has(name)) return std::vector<float>(t_.size());  // no invariant: the page says so
   return thin(name, [](std::int64_t, int columns, const double* v) {
     double square = 0;
     for (int c = 0; c < columns; ++c) square += v[c] * v[c];
@@ -148,10 +147,12 @@ Json Thinned::json() const {
             {"dissipated", group("dissipated")},
             {"energy_error", base64(column("energy_error"))},
             {"energy_rms", base64(rms)},
-            {"linear", base64(length("linear_momentum_error"))},
-            {"angular", base64(length("angular_momentum_error"))},
-            {"quaternion", base64(length("quaternion_norm_error"))},
             {"step", base64(rate("time"))}};
+  for (const auto& [key, name] : {std::pair{"linear", "linear_momentum_error"},
+                                  {"angular", "angular_momentum_error"},
+                                  {"quaternion", "quaternion_norm_error"}})
+    if (records_.has(name))
+      j[key] = base64(length(name));  // none is no invariant: the page says so
   if (records_.has("sweeps")) j["sweeps"] = base64(rate("sweeps"));
   return j;
 }

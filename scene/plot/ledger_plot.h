@@ -30,7 +30,7 @@ std::optional<TracePanel> row_panel(const LedgerSeries& series, const std::strin
 /// Works as of a part of a run: from zero at its begin. The panel has a line of a record or more.
 void count_anew(TracePanel& works);
 
-/// Energies, works and the defect of the balance on an axis of its own, as a complete SVG document.
+/// Energies, works and, on an axis of its own, the residual of the balance, as an SVG document.
 std::string ledger_plot(const LedgerSeries& series, const std::string& title,
                         const std::string& subtitle);
 

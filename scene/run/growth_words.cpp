@@ -41,26 +41,26 @@ std::string words(const EnergyReport& e, const Told& told) {
 
   const bool rounding = error <= 4 * unit * std::sqrt(std::max(1.0, told.steps));
   const bool drifts = e.drift_is_significant;
-  const std::string but = rounding ? ", though by no more than rounding may" : "";
+  const std::string calm = rounding ? "is no more than rounding may leave; it " : "";
   const std::string rate = fmt::format("by {:.2g} per {}", e.drift_per_s, told.unit);
   if (std::isfinite(e.jump_s))
-    return fmt::format("jumps by {:.2g} at about {} and {}{}", e.jump,
+    return fmt::format("{}jumps by {:.2g} at about {} and {}{}", calm, e.jump,
                        told.unit == std::string("s") ? fmt::format("{:.4g} s", e.jump_s)
                                                      : fmt::format("{} {}", told.unit, e.jump_s),
-                       e.jump_then, rounding ? but : told.of_jump);
+                       e.jump_then, rounding ? "" : told.of_jump);
   if (e.slows)
-    return fmt::format("drifts ever more slowly, like t^{:.2f}, {} in the mean{}", g, rate, but);
+    return fmt::format("{}drifts ever more slowly, like t^{:.2f}, {} in the mean", calm, g, rate);
   const std::string swings = fmt::format("swings, and its swings grow {:.2g}-fold", e.swing_growth);
   if (!std::isfinite(g)) {
-    if (drifts) return "drifts " + rate + but;
+    if (drifts) return calm + "drifts " + rate;
     if (e.swings_grow() && !rounding) return swings;
     return words(e.unknown);
   }
   const std::string exponent = fmt::format(" (growth exponent {:.2f})", g);
   if (g >= 0.75)
-    return "drifts, like t or faster" + exponent + ", " +
+    return calm + "drifts, like t or faster" + exponent + ", " +
            (drifts ? rate : "by an amount that is not significant");
-  if (drifts && rounding) return "drifts " + rate + exponent + but;
+  if (drifts && rounding) return calm + "drifts " + rate + exponent;
   if (drifts)
     return "drifts " + rate + exponent +
            (std::fabs(e.drift_per_s) * told.length > 0.5 * error
@@ -111,7 +111,15 @@ void set_growth(EnergyReport& e, const ErrorStatistics& s, double interval, doub
   e.jump_then = then[jump.kind];
 }
 
+bool only_start(const RunReport& r) { return r.records + r.looks < 2; }
+
+bool energy_overflowed(const RunReport& r) {
+  return r.outcome == integrators::Outcome::not_finite && r.energy.max_rel_error >= 0.5;
+}
+
 std::string growth_words(const RunReport& r) {
+  if (only_start(r)) return "is not known: nothing but the start was seen";
+  if (energy_overflowed(r)) return "is as large as the energy itself, which overflowed";
   const bool recorded = r.method == "recorded";
   const auto judged = std::ranges::find(r.checks, "energy", &Check::name);
   const bool fails = judged != r.checks.end() && !judged->pass;

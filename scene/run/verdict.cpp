@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/run/growth_words.h"
+
 namespace porthos::scene {
 namespace {
 
@@ -70,8 +72,15 @@ class Judge {
   }
 
  private:
+  /// Of what the motion since the start has changed.
   void check(const char* name, const Limit& limit, double value, bool telling) {
-    if (limit) r_.checks.push_back({name, value, *limit, value <= *limit, telling});  // NaN fails
+    if (only_start(r_))
+      cannot(name, limit, "nothing but the start was seen");
+    else if (limit)
+      add(name, *limit, value, telling);
+  }
+  void add(const char* name, double limit, double value, bool telling) {
+    r_.checks.push_back({name, value, limit, value <= limit, telling});  // NaN fails
   }
   void cannot(const char* name, const Limit& limit, const char* why) {
     if (limit) r_.not_applicable.push_back({name, why});
@@ -141,8 +150,8 @@ class Judge {
       return cannot("constraints", limits_.constraints, "the system has no constraints");
     // Always checked. Every method that takes constraints closes both with any step.
     const double limit = limits_.constraints.value_or(usual_constraints);
-    check("constraints", limit, r_.constraint_gap, false);
-    check("constraint_rates", 10 * limit, r_.constraint_slip, false);
+    add("constraints", limit, r_.constraint_gap, false);
+    add("constraint_rates", 10 * limit, r_.constraint_slip, false);
   }
   /// Whether other causes than thrusters, wrenches and torquers change the momentum.
   bool others_push() const {
@@ -165,8 +174,9 @@ class Judge {
     if (r_.space) {
       // The Kepler flow and the works of the kicks are exact: docs/space.md.
       check("orbital", limits_.orbital, r_.space->orbital.relative(), false);
-      check("coupling", limits_.coupling, r_.space->coupling.relative(), true);
-      if (limits_.coupling && r_.checks.back().value > r_.checks.back().limit)
+      const double open = r_.space->coupling.relative();
+      check("coupling", limits_.coupling, open, true);
+      if (limits_.coupling && open > *limits_.coupling)
         r_.notes.push_back(fmt::format(
             "the coupling ledger does not close to its limit: {}a shorter step does{}",
             scene_.controllers.empty()
@@ -186,7 +196,8 @@ class Judge {
   /// A pass must be meaningful: if all requested checks hold with any step, the energy is judged
   /// too, unless it also holds with any step.
   void choose() {
-    if (r_.checks.empty() || limits_.step_halving || kept_.energy || limits_.energy ||
+    if (r_.checks.empty() || only_start(r_) || limits_.step_halving || kept_.energy ||
+        limits_.energy ||
         std::any_of(r_.checks.begin(), r_.checks.end(), [](const Check& c) { return c.telling; }))
       return;
     check("energy", default_limits(false).energy, r_.energy.max_rel_error, true);

@@ -49,7 +49,7 @@ TEST(CheckClaims, FalseOnesAreTold) {
     EXPECT_FALSE(r.holds()) << claim;
     for (const auto& c : r.claims) EXPECT_EQ(c.holds(), c.claim != claim) << r.text();
     EXPECT_NE(r.text().find("FAILS"), std::string::npos);
-    EXPECT_NE(r.text().find("\n" + std::string(claim) + ": declared, measured a defect of "),
+    EXPECT_NE(r.text().find("\n" + std::string(claim) + ": declared, measured an error of "),
               std::string::npos)
         << r.text();
     EXPECT_NE(r.text().find(of(r, claim).how + ", expected at most"), std::string::npos);

@@ -45,6 +45,16 @@ cpSync(join(source, "examples/double_pendulum/double_pendulum.urdf"), join(out("
 writeFileSync(join(out("turns_scene"), "scene.toml"), readFileSync(example("double_pendulum"), "utf8").replace(/^\[initial\]\n(.+\n)*/m, "[initial]\njoints.elbow = { velocity = 30 }\n").replace("record_every = 1.0", "record_every = 0.01") +
   '\n[[output]]\nquantity = "euler_angles"\nname = "heading"\nlink = "lower"\nsequence = "yzx"\n');
 porthos("run", join(out("turns_scene"), "scene.toml"), "--duration", "3", "--out", out("turns"));
+// A free robot whose scene asks for its energy alone; one that takes no step; an event that never happens.
+const altered = (name, from, change) => {
+  mkdirSync(out(`${name}_scene`), { recursive: true });
+  cpSync(join(source, "examples", from, `${from}.urdf`), join(out(`${name}_scene`), `${from}.urdf`));
+  writeFileSync(join(out(`${name}_scene`), "scene.toml"), change(readFileSync(example(from), "utf8")));
+  return join(out(`${name}_scene`), "scene.toml");
+};
+porthos("run", altered("energy_only", "ets_vii", (s) => s.replace(/^\[verify\]\n(.+\n)*/m, "[verify]\nenergy = 1e-9\n")), "--duration", "400", "--out", out("energy_only"));
+porthos("run", altered("no_step", "double_pendulum", (s) => s.replace(/^\[initial\]\n(.+\n)*/m, "[initial]\njoints.elbow = { velocity = 1e9 }\n")), "--out", out("no_step"));
+porthos("run", altered("never", "double_pendulum", (s) => `${s}\n[[event]]\ntype = "lock"\njoint = "elbow"\nabove = 3000\n`), "--duration", "10", "--out", out("never"));
 porthos("identify", example("identification"), join(source, "examples/identification/log.csv"), "--parameters", "spring.stiffness,bearing.coulomb,bearing.viscous", "--sigma", "1e-3", "--out", out("identified"));
 cpSync(out("ets"), out("damaged"), { recursive: true });
 truncateSync(join(out("damaged"), "run.h5"), statSync(join(out("damaged"), "run.h5")).size >> 1);
@@ -171,10 +181,16 @@ console.log("words and axes");
   };
   const coarse = await said("coarse"), loose = await said("loose"), wild = await said("wild"), ets = await said("ets");
   expect(/1 of 1 checks does not hold/.test(coarse.verdict) && !/like rounding/.test(coarse.verdict) && /above rounding|drifts/.test(coarse.verdict), "a truncation error is not called rounding");
-  expect(/grows like rounding|stays bounded \(|below one rounding/.test(loose.verdict), `an error at rounding is called so: ${loose.verdict.match(/The energy error[^.]*\./)?.[0]}`);
+  expect(/grows like rounding|stays bounded \(|below one rounding|no more than rounding/.test(loose.verdict), `an error at rounding is called so: ${loose.verdict.match(/The energy error[^.]*\./)?.[0]}`);
   expect(/The limit, 10⁻⁹, is off the plot/.test(loose.errors) && loose.columns > 0.8, `with a limit far above it the error fills the plot: its line is in ${(100 * loose.columns).toFixed(0)} % of the columns, more than 80 % expected`);
   expect(/end of the run reached✗ failno–/.test(wild.verdict) && !/NaN|nan|undefined|null/.test(wild.verdict), "an early end in words");
   expect(/Not an error of this run: the centre of mass moved in closed form/.test(ets.errors), "an error that is no error says why");
+  const only = await said("energy_only"), none = await said("no_step"), never = await said("never");
+  expect(/Linear momentumThe centre of mass moved in closed form: nothing was left to check\./.test(only.errors) && !/No invariant/.test(only.errors), "a momentum that moved in closed form is not called no invariant");
+  expect(/Linear momentumNo invariant of this system\./.test(coarse.errors), "control: that of a pendulum on the ground is");
+  expect(/energynot applicable––nothing but the start was seen/.test(none.verdict) && /energy error is not known: nothing but the start was seen/.test(none.verdict) && !/pass|NaN|null|undefined/.test(none.verdict), `without a step nothing passes: ${none.verdict.slice(0, 300)}`);
+  expect(/Nothing but the start was recorded\./.test(none.errors), "and nothing closes exactly");
+  expect(/An event never happened: lock of elbow/.test(never.verdict) && /events that never happened✗ fail1/.test(never.verdict) && !/all events occurred/.test(never.verdict), `an event that never happened is named: ${never.verdict.match(/An event never happened[^.]*/)?.[0]}`);
   const hangs = await said("hangs"), floats = await said("floats");
   expect(/the doubles of the file/.test(hangs.errors) && !/momentum|Quaternion|extended precision/.test(hangs.errors), "a judged file has no plots of what does not apply");
   expect(/Centre of mass.*Angular momentum.*Quaternion norm/.test(floats.errors) && /extended precision/.test(ets.errors), "control: plots of what does, and a run");
@@ -354,6 +370,26 @@ console.log("playback");
   await free.tab.locator("#playback button", { hasText: "arrows" }).click();
   const arrows = await free.tab.evaluate(() => porthos.stage.arrows.filter((a) => a.helper.visible).map((a) => a.kind).join());
   expect(arrows === "momentum,spin", `arrows of momentum and angular momentum: ${arrows}`);
+  // Their heads are in the picture at every time, whatever the camera rides on. Control: a frame around the mechanism alone cuts them.
+  const heads = (tab, framed) => tab.evaluate((with_arrows) => {
+    const s = porthos.stage, all = [];
+    for (const ride of ["place", "base"]) {
+      s.set("ride", ride);
+      s.set("arrows", with_arrows), s.look("iso"), s.set("arrows", true);
+      s.camera.updateMatrixWorld();
+      for (let k = 0; k <= 40; ++k) {
+        s.seek(s.first + ((s.last - s.first) * k) / 40);
+        s.scene.updateMatrixWorld();
+        for (const { helper } of s.arrows) if (helper.visible) { const p = helper.localToWorld(s.start.clone().set(0, helper.length, 0)).project(s.camera); all.push(Math.abs(p.x), Math.abs(p.y)); }
+      }
+    }
+    return Math.max(...all);
+  }, framed);
+  for (const [name, tab] of [["free", free.tab], ["driven", driven.tab]]) {
+    const within = await heads(tab, true), cut = await heads(tab, false);
+    expect(within > 0 && within < 1 && cut > within, `${name}: the head of an arrow is at most ${within.toFixed(2)} of half the picture from its middle, less than 1 expected; control: ${cut.toFixed(2)}`);
+  }
+  await free.tab.evaluate(() => { porthos.stage.set("ride", "place"); porthos.stage.look("iso"); });
   expect(free.complaints.length + driven.complaints.length === 0, `arrows without an error ${free.complaints.join("; ")}`);
   // The path of a link that is chosen: that of the origin of its frame. Control: of the last links it is another.
   const paths = await free.tab.evaluate(() => {

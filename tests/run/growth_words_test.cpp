@@ -17,6 +17,7 @@ scene::RunReport run(double error, double exponent, double drift = 0, double swi
   scene::RunReport r;
   r.method = "gauss8";
   r.steps = 1000000;
+  r.records = 1001;
   r.simulated_s = 1000;
   r.energy.max_rel_error = error;
   r.energy.growth_exponent = exponent;
@@ -67,9 +68,28 @@ TEST(GrowthWords, OfEachKindOfError) {
   EXPECT_EQ(words(run(1e-6, NAN, 1e-9)), "drifts by 1e-09 per s");
   // The words never contradict the flag.
   EXPECT_EQ(words(run(1e-13, 0.48, 1e-16)),
-            "drifts by 1e-16 per s (growth exponent 0.48), though by no more than rounding may");
+            "is no more than rounding may leave; it drifts by 1e-16 per s (growth exponent 0.48)");
   EXPECT_EQ(words(run(1e-13, NAN, 1e-16)),
-            "drifts by 1e-16 per s, though by no more than rounding may");
+            "is no more than rounding may leave; it drifts by 1e-16 per s");
+  EXPECT_TRUE(words(run(1e-13, 0.8)).starts_with("is no more than rounding may leave; it drifts"));
+}
+
+/// Without a step there is no error, and none relative to an energy that overflowed. Controls: one
+/// record more; a run that ended for another reason; an error that is no overflow.
+TEST(GrowthWords, OfARunWithoutAnError) {
+  auto r = run(0, NAN);
+  r.records = 1;
+  EXPECT_EQ(scene::growth_words(r), "is not known: nothing but the start was seen");
+  r.records = 2;
+  EXPECT_EQ(scene::growth_words(r), "is below one rounding of a double");
+  r = run(1, 0.97);
+  r.outcome = integrators::Outcome::not_finite;
+  EXPECT_EQ(scene::growth_words(r), "is as large as the energy itself, which overflowed");
+  r.energy.max_rel_error = 1e-6;
+  EXPECT_TRUE(scene::growth_words(r).starts_with("drifts"));
+  r = run(1, 0.97);
+  r.outcome = integrators::Outcome::not_converged;
+  EXPECT_TRUE(scene::growth_words(r).starts_with("drifts"));
 }
 
 TEST(GrowthWords, OfAJumpAndOfADriftThatSlows) {
@@ -81,7 +101,7 @@ TEST(GrowthWords, OfAJumpAndOfADriftThatSlows) {
             "jumps by -1e-09 at about 3 s and stays there: the motion is not resolved there");
   r.energy.max_rel_error = 1e-13;
   EXPECT_EQ(scene::growth_words(r),
-            "jumps by -1e-09 at about 3 s and stays there, though by no more than rounding may");
+            "is no more than rounding may leave; it jumps by -1e-09 at about 3 s and stays there");
   // Of a jump far below the limit there is nothing to do.
   r.energy.max_rel_error = 1e-9;
   r.checks = {{"energy", 1e-9, 3e-6, true}};
@@ -185,7 +205,7 @@ TEST(GrowthWords, OfASeries) {
   const auto noise = [](double x) { return 0.005 * std::sin(1e7 * x * x); };
   EXPECT_TRUE(words([&](double x) {
                 return 1e-15 * (x + noise(x));
-              }).ends_with(", though by no more than rounding may"));
+              }).starts_with("is no more than rounding may leave; it drifts"));
   EXPECT_TRUE(words([&](double x) { return 1e-13 * noise(x); }).starts_with("stays bounded"));
   EXPECT_EQ(words([](double x) { return 1e-17 * x; }), "is below one rounding of a double");
 }

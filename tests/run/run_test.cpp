@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 
@@ -215,6 +216,15 @@ TEST(Run, ThatOverflowsKeepsTheLastGoodState) {
     const auto j = nlohmann::json::parse(read_bytes(out / "summary.json"));
     EXPECT_EQ(j["verdict"], "fail");
     EXPECT_TRUE(fs::exists(out / "run.h5"));
+    // Without a step there is no energy error to judge. Control: with steps it is judged.
+    EXPECT_EQ(bool(find(r, "energy")), r.steps > 0) << rate;
+    if (r.steps == 0) {
+      EXPECT_TRUE(j["energy"]["max_rel_error"].is_null());
+      EXPECT_EQ(j["energy"]["growth"], "is not known: nothing but the start was seen");
+      const auto why = std::ranges::find(r.not_applicable, "energy", &scene::NotApplicable::name);
+      ASSERT_NE(why, r.not_applicable.end());
+      EXPECT_EQ(why->why, "nothing but the start was seen");
+    }
 
     const auto saved = scene::read_checkpoint(out / "checkpoint");
     EXPECT_EQ(saved.state.step, r.steps);

@@ -1231,11 +1231,11 @@ class ClaimResult:
     def declared(self) -> bool: ...
     @property
     def measured(self) -> float:
-        """The defect; of the order, the order."""
+        """The error; of the order, the order."""
         ...
     @property
     def bound(self) -> float:
-        """The largest defect, the smallest order of what holds."""
+        """The largest error, the smallest order of what holds."""
         ...
     @property
     def why_not(self) -> str:
@@ -1914,7 +1914,7 @@ def add_method(name: str, step: Callable[..., Any], *, order: int, title: str = 
 
 def check_method(method: str, model: Model, start: Any, *, step: float) -> ClaimReport:
     """Measures what a method claims, one of your own too, on a model from a start: order, symmetry, symplecticity by the exact
-    derivative of two steps, quadratic invariants, energy, of systems with losses or sources the balance. step [s]: as long as runs have, for the defects of a false claim shrink
+    derivative of two steps, quadratic invariants, energy, of systems with losses or sources the balance. step [s]: as long as runs have, for the errors of a false claim shrink
     with it. A claim that holds here need not hold on every system.
     """
     ...

@@ -55,7 +55,7 @@ export function player(d) {
     h("div", { class: "card" }, host,
       h("div", { class: "bar" }, play, h("div", { class: "grow" }, slider, ticks), h("label", {}, h("span", { class: "wide-only" }, "speed"), speed), several ? h("label", {}, clip) : ""),
       h("div", { class: "bar" }, views, h("span", { class: "group", role: "group", "aria-label": "camera" }, preset("iso", "3D", "camera: from the side and above"), preset("x", "X", "camera: along x"), preset("y", "Y", "camera: along y"), preset("z", "Z", "camera: from above, along z")),
-        h("span", { class: "group" }, toggle("trails", true, (on) => stage.set("trails", on)), path, toggle("frames", false, (on) => stage.set("frames", on)), d.acts.some((a) => a.clips[0].momenta) ? toggle("arrows", false, (on) => stage.set("arrows", on)) : ""),
+        h("span", { class: "group" }, toggle("trails", true, (on) => stage.set("trails", on)), path, toggle("frames", false, (on) => stage.set("frames", on)), d.acts.some((a) => a.clips[0].momenta) ? toggle("arrows", false, (on) => { stage.set("arrows", on); if (on) stage.look(); }) : ""),
         floats ? h("label", {}, h("span", { class: "wide-only" }, "camera"), ride) : "",
         h("span", { class: "group", role: "group", "aria-label": "save" }, shot, filmed() ? movie : "")),
       warning));

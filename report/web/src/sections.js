@@ -8,7 +8,7 @@ const absolute = (v) => Float64Array.from(v, Math.abs);
 const wide = (t) => t.length > 3 && t[t.length - 1] > 100 * (t.find((x) => x > 0) || 1);
 
 const names = {
-  outcome: "end of the run reached", missed_events: "all events occurred", rates: "positions move as their rates say", missed_handovers: "all controllers handed over",
+  outcome: "end of the run reached", missed_events: "events that never happened", rates: "positions move as their rates say", missed_handovers: "controllers that never handed over",
   energy: "energy", linear_momentum: "linear momentum", angular_momentum: "angular momentum", quaternion_norm: "quaternion norm",
   balance: "power balance", symmetry: "forth and back", step_halving: "half the step", momentum_across_events: "momentum across events", orbital: "orbital ledger", coupling: "coupling ledger",
   constraints: "gaps of loops", constraint_rates: "rates of these gaps",
@@ -37,7 +37,8 @@ export function verdict(d) {
     : failed.length ? `${failed.length} of ${s.checks.length} checks ${failed.length > 1 ? "do" : "does"} not hold: ${failed.map((c) => checkName(c.name)).join(", ")}.` : "The run did not reach its end.";
   // The sentence beside a failure is about what failed.
   const other = failed.some((c) => ["energy", "balance", "outcome"].includes(c.name)) ? null : failed[0];
-  const told = other && (s.notes || []).find((n) => n.startsWith(`the error of ${other.name} `));
+  const begins = other && (other.name === "missed_events" ? ["it never happened: ", "the run ended before an event "] : [`the error of ${other.name} `]);
+  const told = other && (s.notes || []).find((n) => begins.some((words) => n.startsWith(words)))?.replace(/^it never happened: /, "an event never happened: ");
   const beside = told ? minus(`${told[0].toUpperCase()}${told.slice(1)}.`)
     : other ? `${checkName(other.name)}: ${number(other.value)}, with a limit of ${number(other.limit)}.`
     : `The energy error ${minus(s.energy.growth)}.`;
@@ -97,16 +98,20 @@ export function errors(d) {
   // The limit is shown where it leaves most of the plot to the data; six decades below the largest error in any case.
   const shown = limit > 0 && limit < 1e4 * top, decades = 6 + (shown ? Math.max(0, Math.ceil(Math.log10(limit / top))) : 0);
   const rms = s.rms.map((x) => x / scale), end = rms[rms.length - 1];
-  const zero = (check) => {
+  const recorded = d.summary?.method === "recorded";
+  const zero = (check, v) => {
     const why = d.summary?.not_applicable?.find((n) => n.name === check)?.why;
     if (d.summary?.checks.some((c) => c.name === check)) return "0 at every record: kept exactly.";
-    return why ? `Not an error of this run: ${why}.` : d.summary ? "No invariant of this system." : "0 at every record.";
+    if (why) return `Not an error of this run: ${why}.`;
+    if (!v.some(Number.isFinite)) return "No invariant of this system.";
+    if (check === "linear_momentum" && d.summary?.centre_of_mass && !recorded) return "The centre of mass moved in closed form: nothing was left to check.";
+    return d.summary ? "0 at every record. The scene asks for no check of it." : "0 at every record.";
   };
-  const recorded = d.summary?.method === "recorded", judged = (check) => d.summary.checks.some((c) => c.name === check);
+  const judged = (check) => d.summary.checks.some((c) => c.name === check);
   const applies = (check) => !d.summary.not_applicable?.some((n) => n.name === check && !n.undecided) || (check === "linear_momentum" && judged("centre_of_mass"));
   const flat = (title, what, unit, v, colour, check) => recorded && !applies(check) ? "" : card(any(v)
     ? chart({ title, what, unit, t, log: true, logTime: wide(t), height: 220, decades: 6, lines: [{ name: "error", v, colour, width: 1.2 }] })
-    : h("div", {}, h("h3", {}, title), h("p", { class: "soft" }, zero(check))));
+    : h("div", {}, h("h3", {}, title), h("p", { class: "soft" }, zero(check, v))));
   return section("errors", "Errors",
     lead(`${recorded ? "Against the first row, of the doubles of the file" : "Against the start of the run, measured in extended precision"}. Rounding errors of a good method add up like a random walk, √t; a steady drift grows like t.`),
     card(any(error) ? chart({
@@ -115,7 +120,7 @@ export function errors(d) {
       lines: [{ name: "|error|", v: error, colour: "c7", width: 1 }, { name: "rms so far", v: rms, colour: "c0", width: 2.2 }, ...(end > 0 ? guides(t, end) : []),
         ...(shown ? [{ name: "limit", v: new Float64Array(t.length).fill(limit), colour: "fail", dash: [3, 4], width: 1.4 }] : [])],
       note: limit > 0 && !shown ? `The limit, ${number(limit)}, is off the plot.` : "",
-    }) : h("p", {}, "The balance closes exactly at every record.")),
+    }) : h("p", {}, t.length < 2 ? "Nothing but the start was recorded." : "The balance closes exactly at every record.")),
     h("div", { class: "grid3" },
       flat(...(recorded && judged("centre_of_mass") ? ["Centre of mass", "|P − P(start) − M g t|"] : ["Linear momentum", "|P − P(start)|"]), "kg m/s", s.linear, "c2", "linear_momentum"), flat("Angular momentum", "|L − L(start)|", "kg m²/s", s.angular, "c4", "angular_momentum"), flat("Quaternion norm", "| |ξ| − 1 |, largest", "", s.quaternion, "c3", "quaternion_norm")));
 }

@@ -37,6 +37,7 @@ class Arrow extends Group {
   }
   point(direction, length, width) {
     const tip = Math.min(6 * width, 0.5 * length);
+    this.length = length;
     this.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), direction);
     this.shaft.scale.set(width, length - tip, width);
     this.shaft.position.y = (length - tip) / 2;
@@ -413,6 +414,20 @@ export class Stage {
       if (a.kind !== "force") a.helper.position.set(...[0, 1, 2].map((k) => at(a.v, a.step, 0, k)));
     }
   }
+  /** Where the arrows begin and end over all frames, as they are drawn; none where they are not. */
+  arrowEnds() {
+    if (!this.options.arrows) return [];
+    const { time } = this, ends = [], most = 300;
+    for (const { t } of this.clips) for (let k = 0, n = Math.min(t.length, most); k < n; ++k) {
+      this.time = t[n > 1 ? Math.round((k * (t.length - 1)) / (n - 1)) : 0];
+      this.arrange();
+      this.carrier.updateMatrixWorld();
+      for (const { helper } of this.arrows) if (helper.visible) for (const y of [0, helper.length]) ends.push(helper.localToWorld(new Vector3(0, y, 0)));
+    }
+    this.time = time;
+    this.arrange();
+    return ends;
+  }
   pose(clip, f, node, p, q) {
     const i = 7 * (f * clip.nodes + node), d = clip.poses;
     p.set(d[i], d[i + 1], d[i + 2]);
@@ -435,22 +450,23 @@ export class Stage {
     const { fixed } = this.casts[0];
     return fixed.isEmpty() ? places : places.concat([fixed.min, fixed.max]);
   }
-  /** What the camera is to show: the mechanism over all frames, about its place or as it moves, whole paths, and what of the world is touched. */
-  shown() {
+  /** What the camera is to show: the mechanism over all frames, about its place or as it moves, these ends of arrows, whole paths, and what of the world is touched. */
+  shown(ends) {
     const { ride, view, whole } = this.options, world = this.data.acts[0].world?.length, still = ride === "world" && (world || whole);
     if (view !== "mechanism" || ride === "base") return null;
     const away = this.start.clone().negate(), p = new Vector3();
     const points = still && world ? this.ground.touched(this.spread(still), away) : this.spread(still);
     if (!points.length) return null;
     if (whole && still) for (const l of this.trails) if (!l.userData.tangle) for (let i = 0, v = l.geometry.getAttribute("position"); i < v.count; ++i) points.push(p.fromBufferAttribute(v, i).clone());
-    return points.concat(this.ground.beside(points, away));
+    return points.concat(this.ground.beside(points, away), ends);
   }
-  /** Camera presets; the target stays the middle of what is shown. */
+  /** Camera presets, or without a name from where the camera stands; the target stays the middle of what is shown. */
   look(name) {
-    const to = { iso: [0.62, -0.72, 0.45], x: [1, 0, 0.0001], y: [0, -1, 0.0001], z: [0, -0.0001, 1] }[name];
     const orbit = this.options.view === "orbit" && this.far;
     const [camera, controls] = orbit ? [this.far, this.farControls] : [this.camera, this.controls];
-    const points = this.shown(), round = { middle: new Vector3(), distance: (2.8 * Math.hypot(...to) * this.size) / Math.min(1, Math.max(0.4, camera.aspect || 1)) };  // 3.07 shows the whole of a ball
+    const to = { iso: [0.62, -0.72, 0.45], x: [1, 0, 0.0001], y: [0, -1, 0.0001], z: [0, -0.0001, 1] }[name] || camera.position.clone().sub(controls.target).normalize().toArray();
+    const ends = orbit ? [] : this.arrowEnds(), radius = Math.max(this.size, ...ends.map((p) => p.length()));
+    const points = this.shown(ends), round = { middle: new Vector3(), distance: (2.8 * Math.hypot(...to) * radius) / Math.min(1, Math.max(0.4, camera.aspect || 1)) };  // 3.07 shows the whole of a ball
     const { middle, distance } = orbit ? { middle: round.middle, distance: this.far.position.length() } : points ? framing(points, to, camera) : round;
     camera.position.set(...to).setLength(distance).add(middle);
     if (!orbit) camera.far = Math.max(camera.far, 8 * distance), camera.updateProjectionMatrix();
