@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
+
 #include <algorithm>
 #include <cmath>
 
@@ -53,6 +55,11 @@ bool frees(const Event& e) { return e.type == Type::release || e.type == Type::u
 
 }  // namespace
 
+struct EventRun::Slopes : Eigen::MatrixXd {
+  using Eigen::MatrixXd::MatrixXd;
+};
+EventRun::~EventRun() = default;
+
 EventRun::EventRun(const Scene& scene, const Assembly& assembly, const std::string& instead,
                    const std::atomic<bool>* stop)
     : scene_(scene), assembly_(assembly) {
@@ -68,7 +75,7 @@ EventRun::EventRun(const Scene& scene, const Assembly& assembly, const std::stri
   const auto places = Eigen::Index(chain_->frozen().size());
   for (size_t i = 0; i < chain_->list().size(); ++i) {
     EventChain::Beside b{chain_->list()[i].before, chain_->list()[i].latching};
-    frozen_.push_back(Eigen::MatrixXd::Zero(Eigen::Index(chain_->apply(i, b).size()), places));
+    frozen_.emplace_back(Eigen::MatrixXd::Zero(Eigen::Index(chain_->apply(i, b).size()), places));
   }
   variations_.resize(made_.size());
   for (size_t number = 0; number < chain_->frozen().size(); ++number)
@@ -237,12 +244,12 @@ std::vector<double> EventRun::by_inertias(const MovingMechanism& moving,
 }
 
 /// What event i leaves, by (x before it, frozen numbers, inertias).
-Eigen::MatrixXd EventRun::slopes_of(size_t i) const {
+EventRun::Slopes EventRun::slopes_of(size_t i) const {
   const Happening& h = chain_->list()[i];
   const auto& x = h.before.state.x;
   const Eigen::Index rows = frozen_[i].rows(), n = Eigen::Index(x.size()),
                      places = frozen_[i].cols();
-  Eigen::MatrixXd by = Eigen::MatrixXd::Zero(rows, n + places + Eigen::Index(inertias_.size()));
+  Slopes by = Eigen::MatrixXd::Zero(rows, n + places + Eigen::Index(inertias_.size()));
   const auto moves = moves_of(h.before.model->mechanism(), x);
   for (Eigen::Index k = 0; k < n; ++k) {
     const auto slope = difference_of([&](double d) { return chain_->with_state(i, size_t(k), d); },

@@ -1,5 +1,4 @@
 #pragma once
-#include <Eigen/Core>
 #include <atomic>
 #include <map>
 #include <memory>
@@ -31,6 +30,7 @@ class EventRun {
   EventRun(const Scene& scene, const Assembly& assembly, const std::string& instead,
            const std::atomic<bool>* stop);
   EventRun(const EventRun&) = delete;
+  ~EventRun();
 
   /// Why the run ended before its end; empty: it did not.
   const std::string& failure() const { return failure_; }
@@ -49,6 +49,7 @@ class EventRun {
   }
 
  private:
+  struct Slopes;  ///< a matrix
   /// A phase that has run.
   struct Made {
     Scene scene;
@@ -75,7 +76,7 @@ class EventRun {
   std::vector<double> by_inertias(const mechanics::MovingMechanism& moving,
                                   std::span<const double> lambda) const;
   integrators::RunEvent event_after(size_t phase);
-  Eigen::MatrixXd slopes_of(size_t i) const;
+  Slopes slopes_of(size_t i) const;
   void add_guard(integrators::RunEvent& e, const End& end,
                  const mechanics::MovingMechanism& there) const;
   Input input_of(const End& end) const;
@@ -86,9 +87,9 @@ class EventRun {
   std::vector<std::string> notes_;
   std::unique_ptr<EventChain> chain_;
   std::vector<Made> made_;
-  std::vector<End> ends_;                ///< of all phases but the last
-  std::vector<std::string> inertias_;    ///< parameters of all mechanisms; none of models by duals
-  std::vector<Eigen::MatrixXd> frozen_;  ///< of each event: slopes of what it leaves by the places
+  std::vector<End> ends_;              ///< of all phases but the last
+  std::vector<std::string> inertias_;  ///< parameters of all mechanisms; none of models by duals
+  std::vector<Slopes> frozen_;         ///< of each event: slopes of what it leaves by the places
   std::vector<std::vector<phs::Variation>> variations_;  ///< by phase
   std::vector<std::shared_ptr<const phs::Model>> models_;
   std::vector<integrators::RunPhase> phases_;
