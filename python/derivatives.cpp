@@ -76,8 +76,8 @@ RunGradient gradient(std::shared_ptr<const phs::Model> model, const py::object& 
 }
 
 /// The same across the events of a scene. The parts of the cost get the states of its phases.
-RunGradient gradient_across(const scene::Scene& s, const scene::Assembly& a, const py::object& end,
-                            const py::object& sampled, size_t memory) {
+RunGradient across_events_of(const scene::Scene& s, const scene::Assembly& a, const py::object& end,
+                             const py::object& sampled, size_t memory) {
   const integrators::EventObjective objective{.end = part_of("end", end),
                                               .sampled = part_of("sampled", sampled)};
   integrators::EventGradient g;
@@ -117,7 +117,7 @@ RunGradient gradient_of_scene(const scene::Scene& s, const scene::Assembly& a,
         throw InvalidArgument(
             "a gradient across events has no running cost and no direction, expected end and "
             "sampled alone");
-    return gradient_across(s, a, end, sampled, memory);
+    return across_events_of(s, a, end, sampled, memory);
   }
   const scene::Steps steps = scene::differentiable_steps(s, a);
   const auto of_run = [&](const std::atomic<bool>& stop) {

@@ -37,7 +37,7 @@ void bind_certificate(py::module_& m) {
                     "The state or coordinates where the worst was found; may be empty.");
   py::class_<es::Certificate>(m, "Certificate", "What was verified of a closed loop, and how.")
       .def_property_readonly("title", &es::Certificate::title)
-      .def_property_readonly("items", &es::Certificate::items)
+      .def_property_readonly("items", [](const es::Certificate& c) { return c.items(); })
       .def("item", &es::Certificate::item, arg("name"))
       .def_property_readonly("holds", &es::Certificate::holds,
                              "No item fails, and none is not judged.")

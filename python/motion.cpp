@@ -67,7 +67,7 @@ py::tuple as_tuple(scene::Motion m) {
   return py::make_tuple(as_array(std::move(m.t)), as_dict(m.panels));
 }
 
-ShownOf shown_of(bool bands) { return bands ? Shown::bands : Shown::records; }
+ShownOf shown_of(bool bands) { return bands ? scene::Shown::bands : scene::Shown::records; }
 
 py::tuple motion_of(const py::object& run, std::int64_t most, bool bands) {
   auto mechanism = run.attr("mechanism").cast<std::shared_ptr<mechanics::Mechanism>>();
@@ -75,7 +75,7 @@ py::tuple motion_of(const py::object& run, std::int64_t most, bool bands) {
     return as_tuple(motion_in(folder.cast<std::filesystem::path>(), most, std::move(mechanism),
                               shown_of(bands)));
   const InMemory r(run);
-  const Shown shown = shown_of(bands)(r.count(), most);
+  const scene::Shown shown = shown_of(bands)(r.count(), most);
   return as_tuple({shown.times(r.at("time", shown.rows())),
                    apart_by_size(panels_of(r, *mechanism, {}, shown))});
 }
@@ -84,7 +84,7 @@ py::tuple states_of_run(const py::object& run, std::int64_t most, bool bands) {
   if (const py::object folder = run.attr("folder"); !folder.is_none())
     return as_tuple(states_in(folder.cast<std::filesystem::path>(), most, shown_of(bands)));
   const InMemory r(run);
-  const Shown shown = shown_of(bands)(r.count(), most);
+  const scene::Shown shown = shown_of(bands)(r.count(), most);
   return as_tuple({shown.times(r.at("time", shown.rows())), states_of(r, shown)});
 }
 
