@@ -120,7 +120,7 @@ export function errors(d) {
       lines: [{ name: "|error|", v: error, colour: "c7", width: 1 }, { name: "rms so far", v: rms, colour: "c0", width: 2.2 }, ...(end > 0 ? guides(t, end) : []),
         ...(shown ? [{ name: "limit", v: new Float64Array(t.length).fill(limit), colour: "fail", dash: [3, 4], width: 1.4 }] : [])],
       note: limit > 0 && !shown ? `The limit, ${number(limit)}, is off the plot.` : "",
-    }) : h("p", {}, t.length < 2 ? "Nothing but the start was recorded." : "The balance closes exactly at every record.")),
+    }) : h("p", {}, "The balance closes exactly at every record.")),
     h("div", { class: "grid3" },
       flat(...(recorded && judged("centre_of_mass") ? ["Centre of mass", "|P − P(start) − M g t|"] : ["Linear momentum", "|P − P(start)|"]), "kg m/s", s.linear, "c2", "linear_momentum"), flat("Angular momentum", "|L − L(start)|", "kg m²/s", s.angular, "c4", "angular_momentum"), flat("Quaternion norm", "| |ξ| − 1 |, largest", "", s.quaternion, "c3", "quaternion_norm")));
 }
