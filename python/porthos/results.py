@@ -70,8 +70,8 @@ class Result(Judged):
         rows += [(n["name"], "-", "-", f"not applicable: {n['why']}") for n in self.not_applicable]
         if len(rows) > 1:
             lines += text_table(rows) + [""]
-        known = e["max_rel_error"] is not None
-        lines.append(f"energy   start {short(e['initial_J'])} J, error max {short(e['max_abs_error_J'])} J"
+        known, seen = (e[key] is not None for key in ("max_rel_error", "max_abs_error_J"))
+        lines.append(f"energy   start {short(e['initial_J'])} J" + (f", error max {short(e['max_abs_error_J'])} J" if seen else "")
                      + (f" = {short(e['max_rel_error'])} relative to {short(e['scale_J'])} J" if known else ""))
         if "growth" in e:  # not in results of version 0.1
             drift = f"; drift {short(e['drift_per_s'])} per s, {'' if e['drift_is_significant'] else 'not '}significant" if known else ""

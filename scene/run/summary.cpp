@@ -74,11 +74,11 @@ Json energy(const RunReport& r) {
   const EnergyReport& e = r.energy;
   Json parts = Json::object();
   for (const auto& [name, joule] : e.scale_parts) parts[name] = joule;
-  const bool known = !only_start(r) && !energy_overflowed(r);
+  const bool seen = !only_start(r), known = seen && !energy_overflowed(r);
   return {{"initial_J", e.initial_J},
           {"scale_J", e.scale_J},
           {"scale_parts_J", parts},
-          {"max_abs_error_J", e.max_abs_error_J},
+          {"max_abs_error_J", seen ? e.max_abs_error_J : NAN},
           {"max_rel_error", known ? e.max_rel_error : NAN},
           {"rms_rel_error", known ? e.rms_rel_error : NAN},
           {"growth_exponent", e.growth_exponent},

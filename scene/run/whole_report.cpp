@@ -95,10 +95,9 @@ void WholeReport::add_energy(const EnergyReport& p, double from, bool first) {
     double& largest = entry(e.scale_parts, name);
     largest = std::max(largest, joule);
   }
-  e.max_abs_error_J = std::max(e.max_abs_error_J, p.max_abs_error_J);
-  for (const auto at :
-       {&EnergyReport::max_rel_error, &EnergyReport::rms_rel_error, &EnergyReport::growth_exponent})
-    e.*at = std::fmax(e.*at, p.*at);  // not a number: see EnergyReport::unknown
+  for (const auto at : {&EnergyReport::max_abs_error_J, &EnergyReport::max_rel_error,
+                        &EnergyReport::rms_rel_error, &EnergyReport::growth_exponent})
+    e.*at = std::fmax(e.*at, p.*at);  // not a number: not known
   if (std::isfinite(e.growth_exponent)) e.unknown = GrowthUnknown::no;
   if (std::fabs(p.drift_per_s) > std::fabs(e.drift_per_s)) e.drift_per_s = p.drift_per_s;
   e.drift_is_significant |= p.drift_is_significant;

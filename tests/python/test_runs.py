@@ -84,9 +84,9 @@ def test_verify_and_compare(pendulum):
     assert r.passed and {"symmetry", "axiom: J skew"} <= {c["name"] for c in r.checks}
     bad = ph.simulate(model, x, step=0.05, duration=10, method="rk4", limits={"energy": 1e-12})
     assert not bad.passed and bad.verdict == "fail" and "FAIL" in str(bad)  # negative control
-    none = ph.simulate(model, model.state([1.0, 0.5], [0, 1e9]), step=0.01, duration=1)
+    none = ph.simulate(model, model.state([1.0, 0.5], [0, 1e30]), step=0.01, duration=1)
     assert none.verdict == "fail" and none.summary["steps"] == 0 and none.summary["energy"]["max_rel_error"] is None
-    assert "the error is not known: nothing but the start was seen\n" in str(none) and "relative" not in str(none) and "relative" in str(bad)
+    assert "the error is not known: nothing but the start was seen\n" in str(none) and "error max" not in str(none) and "error max" in str(bad)
     refused(lambda: ph.verify(model), "state x")
     refused(lambda: ph.simulate(model, x, step=-1, duration=1), "step is -1")
     refused(lambda: ph.simulate(model, x, step=0.1, duration=1, method="gaus16"), "gauss16", most=900)
