@@ -213,6 +213,7 @@ py::tuple in_rates(const mechanics::MechanicalModel& model, const py::object& q,
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): a list of bindings
 void bind_derivatives(py::module_& m) {
   py::class_<RunGradient>(m, "Gradient", "The cost of a run and its gradient, from gradient().")
       .def_readonly("cost", &RunGradient::cost, "J.")
