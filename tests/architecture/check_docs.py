@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
 """Every class, enum and function of a public header has a comment; one of a function names the arrays it takes.
+Every path in CONTRIBUTING.md exists.
 
     check_docs.py ROOT          print every offence as file:line: reason; exit 1 if any
     check_docs.py --self-test   negative control: each rule must catch a header that breaks it
 
 What stands at namespace level is looked at, as clang-format leaves it: nothing indented. A comment serves all declarations up to
-the next blank line.
+the next blank line. A path is what stands in backticks with a slash or the ending of a source; it may leave out the folders before it.
 """
+import os
 import re
 import sys
 import tempfile
+from fnmatch import fnmatch
 from pathlib import Path
 
 from check_includes import LIBRARIES, is_private, main
@@ -23,6 +26,9 @@ TYPE = re.compile(r"(class|struct|enum)\b")
 KNOWN = re.compile(r".*(\w+_entries\(\);|\w::\w+\()")
 PASSED = re.compile(r"(namespace|using|extern|static_assert|typedef|concept|constexpr|inline constexpr|PORTHOS_)")
 ARRAY = re.compile(r"std::span<[^()]*?>\s+(\w+)\s*(?=[,)=])")
+
+
+PATH = re.compile(r"`([\w.][\w.*/-]*/[\w.*/-]*|\w[\w*-]*\.(?:cpp|h|js|mjs|py|md|txt|\*))`")
 
 
 def declarations(lines):
@@ -47,7 +53,27 @@ def declarations(lines):
                 yield number, line, shared
 
 
+def endings(root):
+    """The paths of all files and folders, each also without the folders before it."""
+    for folder, folders, files in os.walk(root):
+        folders[:] = [name for name in folders if name not in ("build", ".git", "node_modules")]
+        parts = Path(folder).relative_to(root).parts
+        for name in [*files, *folders]:
+            path = [*parts, name]
+            yield from ("/".join(path[i:]) for i in range(len(path)))
+
+
+def unknown_paths(root):
+    known = set(endings(root))
+    for number, line in enumerate((root / "CONTRIBUTING.md").read_text(encoding="utf-8").splitlines(), 1):
+        for path in PATH.findall(line):
+            name = path.rstrip("/")
+            if name not in known and not ("*" in name and any(fnmatch(one, name) for one in known)):
+                yield f"CONTRIBUTING.md:{number}: there is no {path}"
+
+
 def offences(root):
+    yield from unknown_paths(root)
     for room in LIBRARIES:
         for file in sorted((root / room).rglob("*.h")):
             path = file.relative_to(root).as_posix()
@@ -86,21 +112,26 @@ struct Pair {
         "/// A sum.\ndouble sum(std::span<const double> terms);\n": "the comment of sum() says nothing of the array terms",
     }
 
-    def report(text):
+    page = "`phs/`, `phs/a.h`, `a.h`, `a.*`; no paths: `.h`, `a/ b`, `phs/<name>`, `-DX=1`. "
+    bad_pages = {f"`{path}`": f"CONTRIBUTING.md:1: there is no {path}" for path in ("b.h", "phs/b.*", "mechanics/", "hs/a.h")}
+
+    def report(text, page):
         with tempfile.TemporaryDirectory() as root:
             file = Path(root, "phs/a.h")
             file.parent.mkdir()
             file.write_text(text, encoding="utf-8")
+            Path(root, "CONTRIBUTING.md").write_text(page, encoding="utf-8")
             return list(offences(Path(root)))
 
-    failures = [f"the good header was refused: {line}" for line in report(good)]
-    for text, words in bad.items():
-        found = report(good + "\n" + text)
+    failures = [f"what is good was refused: {line}" for line in report(good, page)]
+    cases = [(text, words, report(good + "\n" + text, page)) for text, words in bad.items()]
+    cases += [(text, words, report(good, page + text)) for text, words in bad_pages.items()]
+    for text, words, found in cases:
         if len(found) != 1 or words not in found[0]:
             failures.append(f"{text!r}: expected one report with {words!r}, got {found}")
-    print("\n".join(failures) or f"self-test: the good header passes, {len(bad)} bad ones are caught")
+    print("\n".join(failures) or f"self-test: the good header and page pass, {len(cases)} bad ones are caught")
     return 1 if failures else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:], __doc__, offences, self_test, "every public declaration has a comment"))
+    sys.exit(main(sys.argv[1:], __doc__, offences, self_test, "every public declaration has a comment, every path exists"))
