@@ -21,8 +21,8 @@ struct Surface {
 };
 
 /// A contact: every surface of one side against every surface of the other, by one law, with one
-/// storage and one loss in the ledger. Surfaces on both sides are among themselves: each two once,
-/// but those not at all whose bodies a joint connects (a free joint connects nothing).
+/// storage and one loss in the ledger. Surfaces that are on both sides also touch each other: each
+/// pair counts once. A pair whose bodies a joint connects is left out (a free joint connects none).
 struct Contact {
   std::string name;
   std::vector<Surface> a, b;

@@ -6,8 +6,8 @@
 
 namespace porthos::contact {
 
-/// The method "moreau" for a model with rigid contacts and stops: steps of one size, whatever
-/// touches in them, so that many contacts with friction cost what they cost. Order 1.
+/// The method "moreau" for a model with rigid contacts and stops. Its steps have one size, whatever
+/// touches in them, so the number of impacts does not change the number of steps. Order 1.
 ///
 ///   δ = h (J - R)(m) ∇̄H(x, x + δ) + (0, G(m)ᵀP),  m = x + δ/2
 ///

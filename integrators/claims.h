@@ -29,13 +29,14 @@ SymplecticDefect symplectic_defect(const std::string& method, const phs::Model& 
                                    const std::vector<double>& start,
                                    const std::vector<std::vector<double>>& tangents, double h);
 
-/// The largest |a - b| / (1 + |b|) of a state after 20 steps forth and 20 back, against the start;
-/// NaN if a step fails. For autonomous systems.
+/// The largest |a - b| / (1 + |b|) of a state after 20 steps of h [s] forth and 20 back, against
+/// the start; NaN if a step fails. For autonomous systems.
 double symmetry_defect(const std::string& method, const phs::Model& model, const phs::State& start,
                        double h);
 
-/// The largest changes of invariants in 300 steps, over their size or 1; of h, and of 4 h where
-/// its steps converge. NaN if a step h fails before a change shows.
+/// The largest changes of linear and of quadratic invariants in 300 steps, over their size at the
+/// start, or over 1 if that is less: of steps h [s], and of 4 h where they converge. NaN if a step
+/// h fails before a change shows.
 struct InvariantDefect {
   double linear = 0, quadratic = 0;
 };
@@ -43,13 +44,13 @@ InvariantDefect invariant_defect(const std::string& method, const phs::Model& mo
                                  const phs::State& start, double h);
 
 /// The largest change of H, less the works of the system's powers as the method integrates them,
-/// within 100 steps of h, and of 3 h and 6 h, as far as they converge: over |H| at the start and
-/// the sum of all |works|. NaN if a step h fails before a change shows.
+/// within 100 steps of h [s], and of 3 h and 6 h, as far as they converge: over |H| at the start
+/// and the sum of all |works|. NaN if a step h fails before a change shows.
 double energy_defect(const std::string& method, const phs::Model& model, const phs::State& start,
                      double h);
 
-/// The order of the error after 4 h, from steps 4 h, 2 h, h, ... that are compared with each other,
-/// in 113 bits where the method has them. NaN if too few steps converge.
+/// The order of the error after 4 h [s], from steps 4 h, 2 h, h, ... that are compared with each
+/// other, in 113 bits where the method has them. NaN if too few steps converge.
 struct MeasuredOrder {
   double order;
   double coarse = 0, fine = 0;  ///< the steps between whose errors it was found [s]
@@ -58,8 +59,8 @@ struct MeasuredOrder {
 MeasuredOrder measured_order(const std::string& method, const phs::Model& model,
                              const phs::State& start, double h);
 
-/// The largest |a - b| / (1 + |b|) of a state after 20 steps that were taken up again, with the
-/// method's memory, after the tenth; 0 if it is resumable. NaN if a step fails.
+/// The largest |a - b| / (1 + |b|) of a state after 20 steps of h [s] that were taken up again,
+/// with the method's memory, after the tenth; 0 if it is resumable. NaN if a step fails.
 double restart_defect(const std::string& method, const phs::Model& model, const phs::State& start,
                       double h);
 

@@ -5,7 +5,7 @@
 
 namespace porthos::mechanics {
 
-/// Pose of the moving bodies' frames in the world, root to leaf.
+/// Poses of the moving bodies' frames in the world, root to leaf: x_world = R x_body + r, r [m].
 /// @param q size nq;  pose written, one per moving body (Mechanism::nodes order; a user's body:
 ///   body_pose)
 template <class T>
@@ -27,8 +27,9 @@ template <class T>
 void jacobian(const Mechanism& m, Workspace<T>& w, std::span<const T> q, const BodyFrame& body,
               JacobianAxes axes, std::span<T> J);
 
-/// Flat coordinate derivatives q' from joint rates v.
-/// @param q  size nq;  v size nv;  q_dot written, size nq
+/// Derivatives q' of the coordinates from joint rates v: of angles and slides q' = v, of a
+/// quaternion four numbers from the three of an angular velocity.
+/// @param q  size nq;  v size nv [rad/s | m/s];  q_dot written, size nq
 template <class T>
 void coordinate_rates(const Mechanism& m, std::span<const T> q, std::span<const T> v,
                       std::span<T> q_dot);

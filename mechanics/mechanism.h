@@ -107,7 +107,8 @@ struct InertiaChanges {
   std::vector<RigidInertia<double>> inertia_change;               ///< of each node
   std::vector<double> subtree_mass_change, rotor_inertia_change;  ///< of each; by freedom
 };
-/// That of the numbers of bodies and rotors, in the order of FieldTangent::add_inertial_gradient().
+/// The changes of inertias by changes of the numbers of bodies and rotors.
+/// @param numbers  in order, units and size those of FieldTangent::inertial_count()
 InertiaChanges inertia_changes(const Mechanism& m, std::span<const double> numbers);
 
 /// How inertias change along the second part of a scalar: of most they do not, but of duals over

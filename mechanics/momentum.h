@@ -39,7 +39,7 @@ void centroidal_momentum_matrix(const Mechanism& m, Workspace<T>& w, std::span<c
 template <class T>
 Vec3<T> centre_of_mass(const Mechanism& m, Workspace<T>& w, std::span<const T> q);
 
-/// T = ½ pᵀ q' at (q, p) [J].
+/// T = ½ pᵀ q' at (q, p) [J]. @param q, p  size nq each
 template <class T>
 T kinetic_energy(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> p);
 

@@ -39,10 +39,11 @@ class NonlinearProgramme {
   /// Goes to a point, at which all that follows is. @return false where a step has no solution
   bool go_to(In z);
   double cost() const;
-  void values(Out c) const;
-  void gradient(Out g);        ///< ∂J
-  void jacobian(Out numbers);  ///< ∂c
-  /// ∇²(cost_factor J + multipliersᵀ c)
+  void values(Out c) const;    ///< of the rows, as many as rows() has
+  void gradient(Out g);        ///< ∂J/∂z, as many as unknowns() has
+  void jacobian(Out numbers);  ///< ∂c/∂z, one number for each place of jacobian_pattern()
+  /// ∇²(cost_factor J + multipliersᵀ c), one number for each place of hessian_pattern().
+  /// multipliers: one for each row
   void hessian(double cost_factor, In multipliers, Out numbers);
 
   /// What another solver found, judged by the conditions of planning::solve(): all but status,

@@ -17,11 +17,12 @@ class PathNumber {
   using Out = std::span<double>;
 
   virtual ~PathNumber() = default;
+  /// c(t, x). t [s]; x: size nx
   virtual double value(double t, In x) = 0;
   /// ∂c/∂x, size nx; exact: it decides where the solver converges to.
   virtual void gradient(double t, In x, Out g) = 0;
-  /// ∇²c, a symmetric matrix of size nx. Unless overridden by central differences of the gradient:
-  /// it only decides how fast the solver converges.
+  /// ∇²c, symmetric, nx × nx numbers. Unless overridden it takes central differences of the
+  /// gradient: it only decides how fast the solver converges.
   virtual void hessian(double t, In x, Out H);
 };
 

@@ -67,7 +67,8 @@ Plan solve(const Problem& problem, const Trajectory& guess, const PlannerOptions
 
 /// Another solver of the same problems, such as that of adapters/ipopt.
 using Solver = Plan (*)(const Problem&, const Trajectory&, const PlannerOptions&);
-/// Makes one known by a name, while no other thread plans.
+/// Makes a solver known to solve() as PlannerOptions::solver = name; it replaces one of that name.
+/// Call it while no other thread plans.
 void add_solver(const std::string& name, Solver solver);
 /// The one of that name, or null.
 Solver find_solver(const std::string& name);

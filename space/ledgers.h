@@ -73,6 +73,9 @@ class SpaceLedgers {
   /// Before the first step.
   void start(const Reading& r);
   bool started() const { return data_.started != 0; }
+  /// Adds a kick. on_orbit: works on the orbit [J], one of each OrbitSource; on_internal: work of
+  /// the gravity gradient on the mechanism [J]; impulse: on the angular momentum about the centre
+  /// of mass [N m s], inertial axes; by_plates: work of forces on plates on the mechanism [J]
   void kick(const OrbitWorks& on_orbit, double on_internal, const Vec3<double>& impulse,
             double by_plates = 0);
   /// Call it at the end of a step.

@@ -30,7 +30,7 @@ class LinkForces {
   ///   uniform gravity
   explicit LinkForces(const Mechanism& m);
 
-  /// At coordinates q: computes poses and sets all wrenches to zero.
+  /// At coordinates q (size nq): computes poses and sets all wrenches to zero.
   void place(std::span<const T> q);
   const std::vector<Link>& links() const { return links_; }
   const Mat3<T>& base() const { return base_; }  ///< base to inertial
@@ -45,9 +45,11 @@ class LinkForces {
 
   /// Converts the wrenches to joint forces; overwrites the wrenches.
   void project();
+  /// Of each freedom [N | N m], size nv.
   std::span<const T> joint_forces() const { return force_; }
-  const Vec3<T>& torque() const { return torque_; }  ///< about the centre of mass, inertial axes
-  /// Their contribution to p', size nq.
+  /// Of all wrenches about the centre of mass, inertial axes [N m].
+  const Vec3<T>& torque() const { return torque_; }
+  /// Their contribution to p'. q, p_dot: size nq
   void momentum_rates(std::span<const T> q, std::span<T> p_dot) const;
   void set_turn_angles(std::span<const T> angles);
 

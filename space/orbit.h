@@ -77,6 +77,11 @@ class OrbitMotion {
 /// to the scheme's order.
 class OrbitPropagator {
  public:
+  /// @param mass    [kg]
+  /// @param start   position [m] and velocity [m/s] about the planet, inertial axes
+  /// @param h       step [s]
+  /// @param scheme  a name of split_schemes()
+  /// @throws InvalidArgument for an unknown scheme, and for a start below the planet's surface
   OrbitPropagator(Environment environment, double mass, const PointState<double>& start, double h,
                   const std::string& scheme = "strang");
   void step();

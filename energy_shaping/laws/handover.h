@@ -21,7 +21,7 @@ struct LevelSet {
   static constexpr int most_lost = 20;  ///< of these 100, where a higher level may be used
 };
 
-/// What is told of the first law where it has not handed over.
+/// What a run says of the first law if it has not handed over.
 struct Progress {
   struct At {
     double energy = 0;     ///< [J]

@@ -20,7 +20,8 @@ class Gate {
   virtual void renew(double t, std::span<const double> x, std::span<double> memory) const = 0;
   /// Whether the law acts until the next instant; if not, its value is 0. memory: of renew()
   virtual bool open(std::span<const double> memory) const = 0;
-  /// Whether what it is there for has not happened yet. memory: of renew()
+  /// Whether the change that the run waits for has not happened yet, such as that the second law
+  /// acts. memory: of renew()
   virtual bool waits(std::span<const double> memory) const = 0;
   /// What happened after the time `since` [s], in a sentence; empty: nothing. memory: of renew()
   virtual std::string story(std::span<const double> memory, double since) const = 0;

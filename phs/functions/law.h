@@ -28,8 +28,8 @@ class Law {
       const = 0;
   PORTHOS_FOR_EACH_SCALAR(PORTHOS_EVALUATE)
 #undef PORTHOS_EVALUATE
-  /// Why it is not meant for a state, and what to do: it may have ended a run that failed there.
-  /// Empty: it is meant for it.
+  /// Why the law is not meant for the state x, and what to do; a run that fails there says it.
+  /// Empty: it is meant for x.
   virtual std::string hindrance(std::span<const double> x) const {
     (void)x;
     return {};

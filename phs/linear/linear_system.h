@@ -45,6 +45,7 @@ class LinearSystem {
   int states() const { return m_.J.rows; }
   int ports() const { return m_.G.cols; }
 
+  /// H(x) = xᵀ EᵀQ x / 2 [J]. x: size states()
   double hamiltonian(std::span<const double> x) const;
   /// The matrices E, (J - R)Q, G - P, (G + P)ᵀQ, S - N.
   StateSpace state_space() const;

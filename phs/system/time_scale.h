@@ -10,11 +10,12 @@
 /// State-dependent step sizes: sigma(x) > 0, the rate of physical time against fictitious time.
 namespace porthos::phs {
 
-/// sigma in the scalar T. Callers pass e = ∂H/∂x(x) with x.
+/// sigma in the scalar T, a rate [1]. Callers pass e = ∂H/∂x(x) with x, of size nx each.
 template <class T>
 class TimeScale {
  public:
   virtual ~TimeScale() = default;
+  /// sigma(x) > 0.
   virtual T value(std::span<const T> x, std::span<const T> e) = 0;
   /// Returns sigma and writes ∂sigma/∂x (size nx).
   virtual T with_gradient(std::span<const T> x, std::span<const T> e, std::span<T> gradient) = 0;

@@ -12,9 +12,9 @@ namespace porthos::scene {
 struct Assembly;
 struct RunReport;
 
-/// Whether the rates of joints at the ends of steps are those by which their coordinates move. What
-/// damps a joint faster than a step leaves a method that does not damp it there a rate that only
-/// changes its sign from step to step, or that of the last kick: the coordinate rests.
+/// Whether the rates of joints at the ends of steps are those by which their coordinates move. They
+/// are not where a force damps a joint faster than a step and the method does not follow it. The
+/// coordinate then rests. Its rate only changes its sign at each step, or is that of the last kick.
 class EndRates {
  public:
   /// Of joints of one number, in a system with sources or losses. The assembly must outlive it.
@@ -22,9 +22,9 @@ class EndRates {
   bool any() const { return !joints_.empty(); }
   /// Adds a step of h seconds. Cost: two passes for the rates. Allocates nothing.
   void see(const phs::State& before, const phs::State& after, double h);
-  /// Adds a note on joints that rest at more than a quarter of the steps seen, beside their rates
-  /// there; names the fastest. An undamped oscillation of which a step takes a multiple of half a
-  /// period does so too, if its steps begin where it passes the middle.
+  /// Adds a note on joints that rest at more than a quarter of the steps seen although they have
+  /// rates there; names the fastest. An undamped oscillation also seems to rest if a step is a
+  /// multiple of half its period and begins where it passes the middle.
   void fill(RunReport& report) const;
   bool ring() const;  ///< whether there is such a joint
 

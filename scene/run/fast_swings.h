@@ -13,8 +13,8 @@ namespace porthos::scene {
 struct Assembly;
 struct RunReport;
 
-/// Joints that swing between two records: from record to record they went elsewhere than their
-/// rates at both say. Pictures of such records show any motion, also a slow one.
+/// Joints that swing between two records: the way from one record to the next is not the one that
+/// the rates at both give. Pictures of such records mislead: a fast swing may look slow.
 class FastSwings {
  public:
   /// Of joints of one freedom. The assembly must outlive it.

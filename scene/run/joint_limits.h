@@ -22,8 +22,8 @@ class JointLimits {
   bool any() const { return !joints_.empty(); }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record);
-  /// Adds one note of joints that were beyond a limit, at the start, or how far at most: of the
-  /// three worst, and the names of the others.
+  /// Adds one note on the joints that were beyond a limit. Of the worst ones (`most_told`) it says
+  /// how far they went and when, or that they start beyond it. Of the others it has the names.
   void fill(RunReport& report) const;
 
  private:

@@ -22,8 +22,8 @@ class LawLimits {
   bool any() const { return !laws_.empty(); }
   /// Adds a record, a row of the layout: an evaluation of each law.
   void see(std::span<const double> record);
-  /// Adds a note for each law that was hindered. Of one whose run ended where it is not meant to be
-  /// after it was at its limit, the trouble names the limit.
+  /// Adds a note for each law that was hindered. If the run failed in a state that a law is not
+  /// meant for, and the law had been at its limit, the trouble also names that limit.
   void fill(RunReport& report) const;
 
  private:

@@ -21,8 +21,8 @@ struct MemoryOptions {
 RunReport run_in_memory(const Scene& scene, const Assembly& assembly, const MemoryOptions& options);
 
 /// Runs the phases of a rehearsed sequence one after another.
-/// @throws InvalidArgument as PhaseSequence::done(); its last() and whole() then belong to the
-/// phase before
+/// @throws InvalidArgument as PhaseSequence::done(); `phases` then stands before the event:
+///   PhaseSequence::last() and whole() are those of the phase before it
 RunReport run_in_memory(PhaseSequence& phases, const MemoryOptions& options);
 
 }  // namespace porthos::scene

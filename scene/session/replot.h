@@ -31,8 +31,9 @@ LedgerSeries ledger_of(const Records& records, const RunReport& report, const Ti
 /// motion by its name with or without the unit ("rates of joints") or by a beginning that no other
 /// has, "motion" (all of them), a line of it or a row of the ledger by its name; "states", of a
 /// system made in code a panel or a line of states_in() too.
-/// One document for each phase, empty where a phase has no records in the span, but of the motion
-/// and the states one for all. span: of no more records than a picture of the whole has.
+/// One document for each phase, empty where a phase has no records in the span. The motion and the
+/// states are one document for all phases. A picture of a span shows no more records than one of
+/// the whole run.
 /// @throws InvalidArgument as motion_in(), and for a name that is none, with the list of those
 /// there are and the nearest; for a span without records
 std::vector<std::string> figures(const std::filesystem::path& folder, const std::string& what,

@@ -6,10 +6,11 @@
 #include "scene/plot/trace_plot.h"
 #include "scene/session/replot.h"
 
-/// What of panels lies in a part of a run.
+/// Cuts panels to a span of a run.
 namespace porthos::scene {
 
-/// Records of all times, and the most finite ones of a line in a span.
+/// What a cut found: the first and last time of all records, and the largest number of finite
+/// records that one line has in the span.
 struct InSpan {
   double first = HUGE_VAL, last = -HUGE_VAL;  ///< [s]
   std::int64_t most = 0;
