@@ -14,11 +14,13 @@ struct GaitDesign {
   std::vector<double> swing;  ///< of each foot: the part of the period where its swing begins
   std::array<double, 2> velocity{0, 0};  ///< that is wanted, along x and y [m/s]
   double clearance = 0.05;               ///< of a foot in the middle of its swing [m]
-  double reach = 0.3;        ///< how far from its place under the centre of mass it may land [m]
-  double spacing = 0.7;      ///< the least distance of feet, as part of that at the start
-  double start = 0;          ///< of the first step [s]
-  bool when_pushed = false;  ///< it steps only from where the capture point is near the edge of
-  double margin = 0.03;      ///< the feet, less than this inside [m], until it is twice as far
+  double reach = 0.3;    ///< how far from its place under the centre of mass it may land [m]
+  double spacing = 0.7;  ///< the least distance of feet, as part of that at the start
+  double start = 0;      ///< of the first step [s]
+  /// It steps only when the capture point is less than `margin` inside the edge of the feet. It
+  /// stops after a whole period, when all feet stand and the point is twice as far inside.
+  bool when_pushed = false;
+  double margin = 0.03;  ///< [m]
 };
 
 /// Steps of a machine whose centre of mass moves as a linear inverted pendulum of height z:

@@ -19,9 +19,9 @@ struct LqrWeights {
 
 /// The linear-quadratic regulator of a mechanism about an equilibrium (Kalman 1960):
 ///   u = u* - K (x - x*),  x = (q, p)
-/// with K from the exact Jacobian of the plant's field. It needs fewer actuators than coordinates
-/// only; it is local, and its energy is no H_d of the mechanism: the certificate says that the
-/// linearised loop is stable. falling_level() says how far.
+/// with K from the exact Jacobian of the plant's field. Fewer actuators than coordinates may do. It
+/// is local, and its energy is no H_d of the mechanism: the certificate says that the linearised
+/// loop is stable. falling_level() says how far.
 class Lqr {
  public:
   /// @param actuators  ports, each of one number

@@ -36,8 +36,8 @@ struct Event {
   double at = 0;           ///< [s]; infinite for an event that waits for a condition
   std::string name;        ///< of the released body, the joint, the soft latch, or the loop
   mechanics::Latch latch;  ///< of a capture; engagements and closings use only its limits
-  /// Condition of an event without a time, checked at whole steps: a lock waits until its joint
-  /// passes an angle, a capture or engagement until its limits hold.
+  /// Condition of an event without a time. A lock waits until its joint passes a value [rad | m], a
+  /// capture, an engagement or a closing until its limits hold. It happens at that instant.
   std::optional<double> above, below;
   bool within_reach = false;
   double after = 0;      ///< [s]: the event does not happen before this time

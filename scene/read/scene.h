@@ -120,9 +120,10 @@ struct Scene {
   Limits verify;
   std::uint64_t of_case = 0;  ///< in an ensemble its case, from 1: the noise of its sensors differs
 
+  /// Whether bodies roll or slide on blades: constraints of rates alone.
+  bool rolls() const { return !constraints.spec.rollings.empty(); }
   /// Whether loops or couplings constrain the mechanism (a file without any <mimic> may still have
   /// none).
-  bool rolls() const { return !constraints.spec.rollings.empty(); }
   bool is_constrained() const {
     return !constraints.empty() || urdf.couple_mimics || coordinates == Coordinates::maximal;
   }
