@@ -13,7 +13,7 @@ namespace {
 void require(bool condition, const char* element, const char* what, double value,
              const char* expected) {
   if (!condition || !std::isfinite(value))
-    throw InvalidArgument(std::string(element) + ": " + what + " is " + std::to_string(value) +
+    throw InvalidArgument(std::string(element) + ": " + what + " is " + number(value) +
                           ", expected " + expected);
 }
 

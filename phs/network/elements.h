@@ -14,7 +14,8 @@ namespace porthos::phs {
 
 // --- resistive laws: force = law(rate), with rate · law(rate) >= 0 -------------------------------
 
-/// force = damping · rate. @throws InvalidArgument if damping < 0
+/// force = damping · rate, damping in [N s/m | N m s/rad].
+/// @throws InvalidArgument if damping < 0 or is not finite
 FunctionPtr viscous(double damping);
 
 /// Dry friction with the Stribeck effect, smoothed: the force rises to its breakaway value within
@@ -68,9 +69,10 @@ Potential soft_limits(double lower, double upper, double k);
 
 // --- sources: v(t) -------------------------------------------------------------------------------
 
-/// v(t) = value.
+/// v(t) = value, in the unit of the port. @throws InvalidArgument unless it is finite
 FunctionPtr constant(double value);
-/// offset + amplitude · sin(2π frequency t + phase)
+/// offset + amplitude · sin(2π frequency_Hz t + phase), amplitude and offset in the unit of the
+/// port, t [s], phase [rad]. @throws InvalidArgument unless all are finite
 FunctionPtr sine(double amplitude, double frequency_Hz, double phase = 0, double offset = 0);
 /// Values at times t: a natural cubic spline between them, outside the first and last value.
 /// @throws InvalidArgument as tabulated_spring()

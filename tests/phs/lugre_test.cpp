@@ -197,7 +197,7 @@ TEST(LuGre, NeverMakesEnergyWhereItIsAccepted) {
     return "(not refused)";
   };
   EXPECT_EQ(refused(less),
-            "LuGre friction: viscous is 9.000000, expected bristle_damping (breakaway - coulomb) / "
+            "LuGre friction: viscous is 9, expected bristle_damping (breakaway - coulomb) / "
             "coulomb = 10 or more: with less it would make energy");
   // The least itself is accepted, whatever its rounding: here it is 0.05 + 7e-18.
   LuGre rounded = law;
@@ -208,7 +208,7 @@ TEST(LuGre, NeverMakesEnergyWhereItIsAccepted) {
   EXPECT_EQ(refused(rounded), "(not refused)");
   LuGre wrong = law;
   wrong.coulomb = 0;
-  EXPECT_NE(refused(wrong).find("coulomb is 0.000000, expected more than 0"), std::string::npos);
+  EXPECT_NE(refused(wrong).find("coulomb is 0, expected more than 0"), std::string::npos);
   wrong = law;
   wrong.bristle_stiffness = 0;
   EXPECT_NE(refused(wrong).find("bristle_stiffness is 0"), std::string::npos);

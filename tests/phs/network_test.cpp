@@ -381,8 +381,8 @@ TEST(Elements, SlopesAreDerivativesAndForcesHaveTheSignOfRates) {
   }
   EXPECT_NEAR(most, 1.5, 0.02) << "breakaway";
   EXPECT_NEAR((*law)(1.0), 1.2, 1e-12) << "Coulomb and viscous";
-  EXPECT_SAYS(refusal([] { phs::friction({.coulomb = 1, .smoothing = 0}); }),
-              "smoothing is 0.000000, expected a rate above 0");
+  EXPECT_SAYS(refusal([] { phs::friction({.coulomb = 1, .smoothing = -1e-9}); }),
+              "smoothing is -1e-09, expected a rate above 0");
   EXPECT_SAYS(refusal([] { phs::soft_limits(1, 0, 1); }), "less than the upper limit");
   EXPECT_SAYS(refusal([] { phs::tabulated_spring({0, 0}, {1, 2}); }), "point 2 stands at 0");
 }

@@ -414,7 +414,7 @@ TEST(JointElements, Refusals) {
       "element 'j.slide.spring': rest_position is given at 'j.slide', which is a coordinate "
       "of one number, expected rest");
   EXPECT_EQ(refusal(ball, element("spring", "j", "stiffness = -1")),
-            "spring: stiffness is -1.000000, expected 0 or more");
+            "spring: stiffness is -1, expected 0 or more");
   EXPECT_EQ(refusal(sleeve, element("spring", "j", "stiffness = 1")),
             "element 'j.spring': joint 'j' has several coordinates, expected one of: j.angle, "
             "j.slide");

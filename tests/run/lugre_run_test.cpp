@@ -99,10 +99,9 @@ TEST(LuGreRun, RefusalsSayWhereAndWhat) {
     EXPECT_TRUE(text.starts_with("scene.toml:") && says(text, expected)) << text;
   };
   EXPECT_EQ(refusal({}), "");
-  refused(
-      refusal({{"viscous = 5.5 ", "viscous = 4.9 "}}),
-      "viscous is 4.900000, expected bristle_damping (breakaway - coulomb) / coulomb = 5 or more");
-  refused(refusal({{"coulomb = 4 ", "coulomb = 0 "}}), "coulomb is 0.000000, expected more than 0");
+  refused(refusal({{"viscous = 5.5 ", "viscous = 4.9 "}}),
+          "viscous is 4.9, expected bristle_damping (breakaway - coulomb) / coulomb = 5 or more");
+  refused(refusal({{"coulomb = 4 ", "coulomb = 0 "}}), "coulomb is 0, expected more than 0");
   refused(refusal({{"coulomb = 4 ", "smoothing = 4 "}}), "unknown key 'smoothing'");
   refused(refusal({{"joint = \"shoulder\"\ncoulomb", "joint = \"hip\"\ncoulomb"}}), "hip");
 }
