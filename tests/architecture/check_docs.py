@@ -25,10 +25,8 @@ TYPE = re.compile(r"(class|struct|enum)\b")
 # A family's entries are explained in integrators/catalogue.h; a member has its comment in the class.
 KNOWN = re.compile(r".*(\w+_entries\(\);|\w::\w+\()")
 PASSED = re.compile(r"(namespace|using|extern|static_assert|typedef|concept|constexpr|inline constexpr|PORTHOS_)")
-ARRAY = re.compile(r"std::span<[^()]*?>\s+(\w+)\s*(?=[,)=])")
-
-
 PATH = re.compile(r"`([\w.][\w.*/-]*/[\w.*/-]*|\w[\w*-]*\.(?:cpp|h|js|mjs|py|md|txt|\*))`")
+ARRAY = re.compile(r"std::span<[^()]*?>\s+(\w+)\s*(?=[,)=])")
 
 
 def declarations(lines):

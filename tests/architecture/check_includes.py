@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Keeps the doors between the rooms: who includes whom, what public headers show, how long files and functions are.
+"""Keeps the doors between the rooms: who includes whom, what public headers show, how long files and functions are,
+which rooms clang-tidy looks at.
 
     check_includes.py ROOT          print every offence as file:line: reason; exit 1 if any
     check_includes.py --self-test   negative control: each rule must catch a tree that breaks it
