@@ -108,7 +108,8 @@ struct InertiaChanges {
   std::vector<double> subtree_mass_change, rotor_inertia_change;  ///< of each; by freedom
 };
 /// The changes of inertias by changes of the numbers of bodies and rotors.
-/// @param numbers  in order, units and size those of FieldTangent::inertial_count()
+/// @param numbers  their changes, in the order, the units and the size of
+///   FieldTangent::inertial_count()
 InertiaChanges inertia_changes(const Mechanism& m, std::span<const double> numbers);
 
 /// How inertias change along the second part of a scalar: of most they do not, but of duals over

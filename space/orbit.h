@@ -81,7 +81,8 @@ class OrbitPropagator {
   /// @param start   position [m] and velocity [m/s] about the planet, inertial axes
   /// @param h       step [s]
   /// @param scheme  a name of split_schemes()
-  /// @throws InvalidArgument for an unknown scheme, and for a start below the planet's surface
+  /// @throws InvalidArgument for an unknown scheme, a mass or an environment out of range, and a
+  ///   start that check_orbit() refuses
   OrbitPropagator(Environment environment, double mass, const PointState<double>& start, double h,
                   const std::string& scheme = "strang");
   void step();

@@ -81,8 +81,8 @@ class Certificate {
   std::vector<std::string> coordinates_;
 };
 
-/// What to do where the condition of this name fails, in one sentence. Empty: the text of the item
-/// says it.
+/// What to do where the condition of this name fails, in one sentence. All conditions of a run
+/// ("run at 20 ms") have one of two sentences. Empty: the text of the item says it.
 std::string remedy(const std::string& condition);
 /// The same of an item, by its `help` if it has one.
 std::string remedy(const CertificateItem& item);
