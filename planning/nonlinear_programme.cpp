@@ -98,8 +98,10 @@ struct NonlinearProgramme::Work {
   }
 };
 
-NonlinearProgramme::NonlinearProgramme(const Problem& problem)
-    : w_((problem.check(), std::make_unique<Work>(problem))) {}
+NonlinearProgramme::NonlinearProgramme(const Problem& problem) {
+  problem.check();
+  w_ = std::make_unique<Work>(problem);
+}
 NonlinearProgramme::~NonlinearProgramme() = default;
 
 const NonlinearProgramme::Bounds& NonlinearProgramme::unknowns() const { return w_->unknowns; }

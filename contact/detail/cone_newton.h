@@ -125,13 +125,19 @@ class ConeNewton {
       for (auto* row : rows) std::fill(row, row + n, 0.0);
       double* const b = b_.data() + 3 * i;
       if (!(along > 0)) {  // parts
-        for (size_t k = 0; k < 3; ++k) rows[k][3 * i + k] = 1, b[k] = -P[i][int(k)];
+        for (size_t k = 0; k < 3; ++k) {
+          rows[k][3 * i + k] = 1;
+          b[k] = -P[i][int(k)];
+        }
       } else {
         const double* const A[3] = {A_[3 * i].data(), A_[3 * i + 1].data(), A_[3 * i + 2].data()};
         for (size_t c = 0; c < n; ++c) rows[0][c] = rho_[i][0] * A[0][c];
         b[0] = -rho_[i][0] * w[0];
         if (points_[i]->rows == 1) {
-          for (size_t k = 1; k < 3; ++k) rows[k][3 * i + k] = 1, b[k] = -P[i][int(k)];
+          for (size_t k = 1; k < 3; ++k) {
+            rows[k][3 * i + k] = 1;
+            b[k] = -P[i][int(k)];
+          }
         } else if (across <= mu_[i] * along) {  // sticks
           for (size_t c = 0; c < n; ++c)
             for (size_t k = 1; k < 3; ++k) rows[k][c] = rho_[i][1] * A[k][c];

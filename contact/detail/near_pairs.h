@@ -64,6 +64,7 @@ class NearPairs {
   struct Found {
     std::uint64_t number;
     size_t sides, a, b;
+    // NOLINTNEXTLINE(modernize-use-nullptr): a 0 of the compiler, not of this line
     auto operator<=>(const Found&) const = default;
   };
   /// The contacts that have a seat on a side, and the place there.

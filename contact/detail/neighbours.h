@@ -50,6 +50,7 @@ class Neighbours {
     int level;
     std::array<std::int64_t, 3> at;
     size_t ball;
+    // NOLINTNEXTLINE(modernize-use-nullptr): a 0 of the compiler, not of this line
     auto operator<=>(const Cell&) const = default;
   };
   static constexpr double most_cells = 1e15;  ///< from the origin; further out a ball is everywhere

@@ -78,8 +78,7 @@ class StepContacts {
   std::uint64_t count() const {
     return near_.numbers() * most_points + 2 * near_.placed().stops.size();
   }
-  /// As many impulses are remembered from one step to the next: more than bodies can have, but for
-  /// many corners each.
+  /// At most so many impulses are kept from step to step. Bodies of many corners may have more.
   size_t most_remembered() const {
     const auto most = 16 * near_.placed().seats.size() + 2 * near_.placed().stops.size();
     return size_t(std::min<std::uint64_t>(count(), most));
@@ -162,7 +161,7 @@ class StepContacts {
         at_q += each.rows * tree.q.size();
       }
     }
-    if (G_.size() < v) G_.resize(v), pushed_.resize(v);
+    for (auto* rows : {&G_, &pushed_}) rows->resize(std::max(rows->size(), v));
     if (lifted_.size() < at_q) lifted_.resize(at_q);
     std::fill(p_.begin(), p_.end(), 0.0);
     mechanics::rates_from_momenta<double>(m_, gaps_.w, q_, p_);  // factors the masses
@@ -209,7 +208,10 @@ class StepContacts {
       const auto add = [&](size_t n) {
         for (size_t i = 0; i < n; ++i) u.x += G[i] * x[i];
         if (each.rows == 1) return;
-        for (size_t i = 0; i < n; ++i) u.y += G[n + i] * x[i], u.z += G[2 * n + i] * x[i];
+        for (size_t i = 0; i < n; ++i) {
+          u.y += G[n + i] * x[i];
+          u.z += G[2 * n + i] * x[i];
+        }
       };
       part.n == 6 ? add(6) : add(part.n);
     }
