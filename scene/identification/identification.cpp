@@ -206,7 +206,7 @@ Fit fit_by_lengths(OutputError& error, std::vector<double> start, bool near, con
 
 /// Where the fit begins, and whether that is near to where it ends: the bodies by their momenta,
 /// where their run is nearer to the log than that of the scene; else starts as the first rows of
-/// the log tell them, unless the scene's are far nearer.
+/// the log tell them if that run is nearer.
 std::pair<std::vector<double>, bool> start_of_fit(Identification& r, const Scene& scene,
                                                   const Assembly& assembly,
                                                   const Unknowns& unknowns, const Log& log,
@@ -220,7 +220,7 @@ std::pair<std::vector<double>, bool> start_of_fit(Identification& r, const Scene
   if (!r.by_momenta) {
     const auto as_logged = with_start_of(log, unknowns);
     const bool nearer =
-        error.at(as_logged, after, nullptr) && !(before.squaredNorm() < near * after.squaredNorm());
+        error.at(as_logged, after, nullptr) && !(before.squaredNorm() <= after.squaredNorm());
     return {nearer ? as_logged : unknowns.start(), false};
   }
   return {z, after.squaredNorm() < near * before.squaredNorm()};
