@@ -88,8 +88,11 @@ TEST(EachOtherRun, RefusalsSayWhereAndWhat) {
           "connects");
   refused({{all, "\"one\", \"each other\""}}, "has \"each other\", expected it in against");
   refused({{"\"sphere\", radius = 0.1", "\"box\", size = [1, 1, 1]"}},
-          "contact 'c': there is no distance in closed form between a box on 'one' and a box on "
-          "'two'");
+          "contact 'c': the boxes on 'one' and 'two' have sharp edges, whose normals are not "
+          "unique: expected a shape with a radius for one of them");
+  refused({{"\"sphere\", radius = 0.1", "\"cylinder\", radius = 0.1, length = 1"}},
+          "contact 'c': there is no distance in closed form between a cylinder on 'one' and a "
+          "cylinder on 'two'");
 }
 
 /// The example: its balls come to rest in the box and only lose. A resumed run has the same bits.
