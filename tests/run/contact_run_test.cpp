@@ -206,11 +206,12 @@ TEST(ContactRun, RefusalsSayWhereAndWhat) {
                    "capsule for contact"));
   EXPECT_TRUE(
       says(c("links = [\"nothing\"]\n" + stiff), "there is no link 'nothing' with a <collision>"));
-  EXPECT_TRUE(says(c("links = [\"rod\"]\nagainst = [\"base\", \"mesh\"]\nshape = { kind = \"box\", "
-                     "size = [1, 1, 1] }\nagainst_shape = { kind = \"cylinder\", radius = 1, length "
-                     "= 1 }\n" +
-                     stiff),
-                   "between a box on 'rod' and a cylinder on 'base', expected one of the pairs"));
+  EXPECT_TRUE(
+      says(c("links = [\"rod\"]\nagainst = [\"base\", \"mesh\"]\nshape = { kind = \"box\", "
+             "size = [1, 1, 1] }\nagainst_shape = { kind = \"cylinder\", radius = 1, length "
+             "= 1 }\n" +
+             stiff),
+           "between a box on 'rod' and a cylinder on 'base', expected one of the pairs"));
   EXPECT_TRUE(says(c("links = [\"rod\"]\nlaw = \"hertz\"\n"), "lacks the key 'stiffness'"));
   EXPECT_TRUE(says(c("links = [\"rod\"]\nagainst = [\"base\"]\nlaw = \"hertz\"\nmodulus = 1e9\n"),
                    "a modulus is given for a box on 'base', expected spheres and planes"));

@@ -63,13 +63,14 @@ TEST_F(Scenes, ThePictureOfATableHasItsEnergy) {
   };
   const std::string drawn = picture(elbow + "table = \"spring.csv\"\n" + fixed);
   EXPECT_NE(drawn.find("energy [J]"), std::string::npos);
-  EXPECT_NE(drawn.find("width=\"1290\""), std::string::npos) << "a third panel";
+  EXPECT_NE(drawn.find("width=\"1720\""), std::string::npos) << "a third and a fourth panel";
+  EXPECT_NE(drawn.find("measured torque - curve [N m]"), std::string::npos);
   const auto dots = [](const std::string& svg) {
     size_t n = 0;
     for (size_t at = 0; (at = svg.find("<circle", at)) != svg.npos; ++at) ++n;
     return n;
   };
-  EXPECT_EQ(dots(drawn), 3u);
+  EXPECT_EQ(dots(drawn), 6u) << "beside the curve, and less it";
   const std::string device = picture(qbmove + fixed + held);
   EXPECT_NE(device.find("energy [J]"), std::string::npos);
   EXPECT_EQ(dots(device), 0u);
@@ -83,12 +84,12 @@ TEST_F(Scenes, ThePictureOfATableHasItsEnergy) {
       five << phi << ',' << sigma << ',' << phi * (1 + sigma) << '\n';
   five.close();
   const std::string settings = picture(elbow + "table = \"five.csv\"\n" + fixed + held);
-  EXPECT_EQ(dots(settings), 15u);
+  EXPECT_EQ(dots(settings), 30u);
   for (size_t k = 0; k < 5; ++k) {
     const std::string dot = fmt::format("r=\"2.0\" fill=\"{}\"", scene::colour::lines[k]);
     size_t n = 0;
     for (size_t at = 0; (at = settings.find(dot, at)) != settings.npos; ++at) ++n;
-    EXPECT_EQ(n, 3u) << "dots of setting " << k;
+    EXPECT_EQ(n, 6u) << "dots of setting " << k;
   }
   EXPECT_NE(settings.find("σ = 1 "), std::string::npos);
 }
