@@ -451,7 +451,7 @@ export class Stage {
     return fixed.isEmpty() ? places : places.concat([fixed.min, fixed.max]);
   }
   /** What the camera is to show: the mechanism over all frames, about its place or as it moves, these ends of arrows, whole paths, and what of the world is touched. */
-  shown(ends) {
+  shown(ends = []) {
     const { ride, view, whole } = this.options, world = this.data.acts[0].world?.length, still = ride === "world" && (world || whole);
     if (view !== "mechanism" || ride === "base") return null;
     const away = this.start.clone().negate(), p = new Vector3();
