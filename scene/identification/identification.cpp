@@ -88,6 +88,28 @@ void add_agreement(Identification& r, const Eigen::VectorXd& before, const Eigen
   }
 }
 
+/// The covariance takes noise to be independent from row to row. Noise of a correlation ρ moves
+/// values of slow columns by √((1 + ρ)/(1 - ρ)) times as much.
+void note_correlated_noise(Identification& r, const Log& log) {
+  const double rows = double(log.times.size());
+  for (size_t i = 0; i < log.columns.size(); ++i) {
+    const auto [least, most] = std::ranges::minmax(log.columns[i].values);
+    const double sigma = log.columns[i].sigma, left = r.columns[i].after;
+    if (left < 0.1 * sigma || left < 1e-6 * (most - least)) continue;  // no noise at all
+    double both = 0, squares = 0;
+    for (size_t k = 0; k < r.after[i].size(); ++k) {
+      squares += r.after[i][k] * r.after[i][k];
+      if (k > 0) both += r.after[i][k - 1] * r.after[i][k];
+    }
+    const double correlation = both / squares;
+    if (!(correlation > std::max(0.2, 5 / std::sqrt(rows)))) continue;
+    r.notes.push_back(fmt::format(
+        "what is left of '{}' goes on from row to row, with a correlation of {:.2f}: by such noise "
+        "the sigmas found may be up to {:.1f} times too small, expected rows further apart",
+        r.columns[i].of.name, correlation, std::sqrt((1 + correlation) / (1 - correlation))));
+  }
+}
+
 void add_notes(Identification& r, const Scene& scene, const Log& log, const std::string& edge) {
   constexpr size_t most = 6;
   const double first = log.times.front(), length = log.times.back() - first;
@@ -115,6 +137,8 @@ void add_notes(Identification& r, const Scene& scene, const Log& log, const std:
     r.notes.push_back(
         "the run disagrees with the log by more than sigma says: the model lacks something, or "
         "sigma is too small");
+  else
+    note_correlated_noise(r, log);
   if (r.step_error > 0.5)
     r.notes.push_back(fmt::format(
         "half the step moves the values found by {:.1f} of their sigma, expected a shorter one by "

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "scene/files/files.h"
 #include "scene/identification/detail/output_error.h"
@@ -200,6 +201,26 @@ TEST_F(IdentificationOfScenes, NoiseFromTheResidual) {
   // 400 numbers: the estimate is known to 1/√800.
   EXPECT_NEAR(r.noise, 1e-3, 4 * 1e-3 / std::sqrt(800));
   EXPECT_LT(std::fabs(r.found[0].value - 6), 4 * r.found[0].deviation);
+}
+
+/// Noise that goes on from row to row moves values by more than their sigmas say. Control: white.
+TEST_F(IdentificationOfScenes, NoiseThatGoesOnOverRowsIsNoted) {
+  const auto clean = run_of(read(swing(6, 0.4, 0.05)), {"hinge.velocity"}, 40);
+  const auto notes_of = [&](double correlation) {
+    auto log = clean;
+    std::mt19937_64 random(7);
+    std::normal_distribution<> fresh(0, 1e-3 * std::sqrt(1 - correlation * correlation));
+    double noise = 0;
+    for (double& v : log["hinge.velocity"]) v += noise = correlation * noise + fresh(random);
+    const auto r = identify(read(swing(4, 0.4, 0.05)), log,
+                            {.parameters = {"coil.stiffness"}, .noise = {.of_all = 1e-3}});
+    std::string notes;
+    for (const auto& note : r.notes) notes += note + "\n";
+    return notes;
+  };
+  EXPECT_NE(notes_of(0.8).find("goes on from row to row, with a correlation of 0."),
+            std::string::npos);
+  EXPECT_EQ(notes_of(0).find("goes on from row to row"), std::string::npos);
 }
 
 TEST_F(IdentificationOfScenes, OfItsOwnLogIsExact) {
