@@ -142,7 +142,7 @@ std::string growth_words(const ErrorStatistics& s) {
   e.max_rel_error = s.max_abs();
   set_growth(e, s, 1);
   const double steps = std::max(1.0, double(s.count()) - 1);
-  e.drift_per_s = s.change() / steps;
+  e.drift_per_s = s.drift() / steps;
   return words(e, {.steps = steps, .length = steps, .unit = "record"});
 }
 

@@ -89,7 +89,7 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
   e.max_rel_error = s.max_error_J / e.scale_J;
   e.rms_rel_error = energy_.rms() / e.scale_J;
   set_growth(e, energy_, s.t / std::max(1.0, double(energy_.count()) - 1), e.scale_J);
-  e.drift_per_s = s.t > 0 ? energy_.change() / e.scale_J / s.t : 0;
+  e.drift_per_s = s.t > 0 ? energy_.drift() / e.scale_J / s.t : 0;
 
   const auto size = meter.momentum_at_start();
   r.linear_momentum_error = relative(s.max_linear, std::max(size.linear, s.max_linear_scale));

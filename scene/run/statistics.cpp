@@ -217,6 +217,19 @@ bool ErrorStatistics::drifts() const {
   return drift_of_records() || drift_of_means();
 }
 
+double ErrorStatistics::drift() const {
+  if (drift_of_records() || !drift_of_means()) return change();
+  const auto& means = parts_.means;
+  const double middle = 0.5 * double(means.size() - 1);
+  double products = 0, squares = 0;
+  for (size_t i = 0; i < means.size(); ++i) {
+    const double at = double(i) - middle;
+    products += at * means[i];
+    squares += at * at;
+  }
+  return products / squares / parts_.length * (count_ - 1);
+}
+
 bool ErrorStatistics::drift_of_records() const {
   bool judged = false;
   for (const Level& level : levels_) {

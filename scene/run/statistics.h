@@ -29,6 +29,9 @@ class ErrorStatistics {
   double max_abs() const { return max_abs_; }
   double rms() const;
   double change() const { return end_ - start_; }  ///< last - first
+  /// How far the series drifts over its length: change(), or, where noise of single records hides
+  /// a drift, by the line through the means of its parts.
+  double drift() const;
 
   /// An increment of one record that the whole series tells of: as much lies between the means
   /// before and behind it (stays), or nearly nothing (returns), and little beside it. Else one of

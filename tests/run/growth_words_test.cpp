@@ -197,7 +197,7 @@ TEST(GrowthWords, OfASeries) {
               }).starts_with("drifts, like t or faster (growth exponent 7."));
   EXPECT_TRUE(words([](double x) {
                 return 1e-6 * (x + 0.1 * std::sin(300 * x));
-              }).starts_with("drifts by 4.5e-10 per record"));
+              }).starts_with("drifts by 5e-10 per record"));
   EXPECT_TRUE(words([](double x) {
                 return 1e-6 * std::exp(5 * x) * std::sin(300 * x);
               }).starts_with("swings, and its swings grow"));
