@@ -179,7 +179,7 @@ std::string SwingUpTrials::of_none(size_t tried, double level) {
     add_to_list(tried_too, help.words);
   }
   return fmt::format("{}, nor {}", none, tried_too) +
-         (of_->friction > 0 ? ": friction takes the energy" : "");
+         (of_->friction > 0 ? ": friction may take the energy" : "");
 }
 
 }  // namespace porthos::energy_shaping

@@ -266,8 +266,8 @@ void note_rates(RunReport& r, const RatesAgreement& rates, const Rows& rows, boo
   if (r.verdict() == Verdict::fail && rates.holds() && !explained)
     r.notes.push_back(
         "if it is not the solver's error, usual causes that were not tried: columns of another "
-        "order or sign, angles from other "
-        "zeros than the model's, another gravity, offsets of encoders (docs/judge.md)");
+        "order or sign, other zeros of angles, gravity or offsets of encoders, other masses, "
+        "friction or torques that the model lacks (docs/judge.md)");
 }
 
 }  // namespace porthos::scene

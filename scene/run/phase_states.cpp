@@ -154,8 +154,8 @@ std::vector<std::string> PhaseSequence::missed() const {
     if (!why.empty()) note += "; at the end of the run " + why;
     const auto near = nearest_of_all_.find(e);
     if (near != nearest_of_all_.end() && near->second.time < from_ && !near->second.then.empty())
-      note +=
-          fmt::format("; nearest to it at {:.6g} s, when {}", near->second.time, near->second.then);
+      note += fmt::format("; nearest to all its limits at {:.6g} s, when {}", near->second.time,
+                          near->second.then);
     notes.push_back(note);
   }
   return notes;

@@ -396,7 +396,7 @@ TEST(CraftParts, DeploymentLocksAtItsStop) {
   EXPECT_TRUE(std::any_of(never.notes.begin(), never.notes.end(), [](const std::string& note) {
     return note.starts_with("it never happened: lock of ") &&
            note.find("; at the end of the run the angle is ") != note.npos &&
-           note.find("; nearest to it at 21.2") != note.npos &&
+           note.find("; nearest to all its limits at 21.2") != note.npos &&
            note.find("expected above 6 rad") != note.npos;
   })) << never.notes.back();
 }

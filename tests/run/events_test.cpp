@@ -199,7 +199,7 @@ TEST(Events, TheNearestInstantIsOfAllPhases) {
     const auto r = scene::run(s, scene::assemble(s), into(folder / (locks ? "a" : "b")));
     EXPECT_EQ(r.phases, locks ? 2 : 1);
     for (const auto& note : r.notes)
-      if (const auto at = note.find("nearest to it at "); at != note.npos)
+      if (const auto at = note.find("nearest to all its limits at "); at != note.npos)
         told[locks] = note.substr(at, note.find(", when") - at);
   }
   std::printf("  %s\n", told[1].c_str());
@@ -255,9 +255,9 @@ TEST(Events, AMissedOneIsToldBesideTheImpossibleOneAfterIt) {
                 "it never happened: capture of target by hand; it waits from 50 s on"});
   const auto late = run("late");
   for (const auto& n : late.notes) {
-    const auto at = n.find("nearest to it at ");
+    const auto at = n.find("nearest to all its limits at ");
     if (at != n.npos) {
-      EXPECT_GE(std::strtod(n.c_str() + at + 17, nullptr), 50) << n;
+      EXPECT_GE(std::strtod(n.c_str() + at + 29, nullptr), 50) << n;
     }
   }
 }
