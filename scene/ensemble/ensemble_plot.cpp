@@ -77,15 +77,15 @@ std::vector<Histogram> histograms(const Json& summary) {
 /// One number a case.
 template <class T>
 std::vector<T> numbers_of(const Hdf5Reader& file, const std::string& name, std::int64_t cases,
-                          std::int64_t width = 1, std::int64_t column = 0) {
-  if (file.dataset(name).size() != cases * width)
+                          std::int64_t columns = 1, std::int64_t column = 0) {
+  if (file.dataset(name).size() != cases * columns)
     throw InvalidArgument(fmt::format("ensemble.h5 is damaged: {} has {} numbers, expected {}",
-                                      name, file.dataset(name).size(), cases * width));
-  std::vector<T> all(static_cast<size_t>(cases * width));
+                                      name, file.dataset(name).size(), cases * columns));
+  std::vector<T> all(static_cast<size_t>(cases * columns));
   file.read(name, all.data());
-  if (width == 1) return all;
+  if (columns == 1) return all;
   std::vector<T> v;
-  for (std::int64_t i = 0; i < cases; ++i) v.push_back(all[size_t(i * width + column)]);
+  for (std::int64_t i = 0; i < cases; ++i) v.push_back(all[size_t(i * columns + column)]);
   return v;
 }
 
