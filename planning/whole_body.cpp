@@ -194,7 +194,7 @@ void WholeBody::update(std::span<const double> q, std::span<const double> v) {
 
 void WholeBody::budget(double work) {
   if (!(work >= 0))
-    throw InvalidArgument("the budget of a whole-body controller is " + std::to_string(work) +
+    throw InvalidArgument("the budget of a whole-body controller is " + number(work) +
                           " J, expected 0 or more");
   work_->budget = work;
 }
@@ -222,7 +222,6 @@ bool WholeBody::Work::accept(const HierarchySolution& s) {
   out.possible = s.levels[0].met && s.levels[1].met;
   explain(s);
   set(s.x);
-  outcomes.assign(s.levels.begin() + 3, s.levels.end());
   if (out.possible) return true;
   out.tau.clear();
   out.work = 0;
@@ -297,11 +296,15 @@ const WholeBodySolution& WholeBody::solve(std::span<const TaskLevel> tasks,
   w.kinematic_limits(w.levels[2]);
   std::copy(tasks.begin(), tasks.end(), w.levels.begin() + 3);
   w.out.limited = false;
-  if (w.accept(w.hierarchy.solve(w.levels)) && w.out.work > w.budget) {
+  const auto& s = w.hierarchy.solve(w.levels);  // always that of its last call
+  if (w.accept(s) && w.out.work > w.budget) {
     w.keep_budget(tasks, calm);
+    w.outcomes.assign(s.levels.begin() + 3, s.levels.end());
     for (size_t k = 0; k < tasks.size(); ++k) judge(tasks[k], w.x, w.outcomes[k]);
+    w.out.tasks = w.outcomes;
+  } else {
+    w.out.tasks = std::span(s.levels).subspan(3);
   }
-  w.out.tasks = w.outcomes;
   return w.out;
 }
 

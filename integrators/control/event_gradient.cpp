@@ -54,8 +54,7 @@ class AcrossEvents {
     }
     for (const RunPhase& phase : phases)
       for (const RunEvent& event : phase.events) {
-        for (const auto& number : event.numbers) (void)place(event.name + "." + number.name);
-        if (!event.guard) (void)place(event.name + ".at");
+        for (const auto& name : names_of(event)) (void)place(name);
         for (const auto* list : {&event.parameters, &event.sets})
           for (const auto& name : *list) (void)place(name);
       }
@@ -96,10 +95,6 @@ class AcrossEvents {
     }
     return names_.size() - 1;
   }
-  size_t next_phase(const EventLeg& leg) const {
-    const int then = phases_[leg.phase].events[size_t(leg.event)].then;
-    return then < 0 ? leg.phase : size_t(then);
-  }
   bool fail(Outcome o, const std::string& why) {
     outcome_ = o;
     remark_ = why;
@@ -108,7 +103,9 @@ class AcrossEvents {
   /// At the end of the run.
   void begin(const EventLegs& run) {
     const EventLeg& last = run.legs().back();
-    const size_t to = last.event < 0 ? last.phase : next_phase(last);
+    const size_t to = last.event < 0
+                          ? last.phase
+                          : phase_after(phases_[last.phase].events[size_t(last.event)], last.phase);
     const auto x = phs::with_turns(phases_[to].model->description(), run.end());
     for (CostAcross& c : costs_) {
       c.r.time = run.time_at_end(last);
@@ -225,10 +222,9 @@ class AcrossEvents {
     const double moved = product_of(by, change_) + by[n];
     if (event.guard)
       for (size_t k = 0; k < columns; ++k) by[k] -= moved / rate * slopes[k];
-    else
-      c.sums.add(place(event.name + ".at"), moved);
-    for (size_t k = 0; k < numbers; ++k)
-      c.sums.add(place(event.name + "." + event.numbers[k].name), by[n + 1 + k]);
+    const auto names = names_of(event);
+    if (!event.guard) c.sums.add(place(names.back()), moved);
+    for (size_t k = 0; k < numbers; ++k) c.sums.add(place(names[k]), by[n + 1 + k]);
     add_parameters(c, event.parameters, std::span(by).subspan(n + 1 + numbers));
     c.lambda = TwoWords(std::span<const double>(by).first(n));
   }

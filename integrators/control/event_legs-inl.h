@@ -10,6 +10,11 @@
 /// A run with events, as the legs between them. Private to event_*.cpp.
 namespace porthos::integrators {
 
+/// The phase that follows an event of this one.
+inline size_t phase_after(const RunEvent& event, size_t phase) {
+  return event.then < 0 ? phase : size_t(event.then);
+}
+
 /// An event in duals at an instant, with its derivatives by (x, t, its numbers and parameters).
 class EventInDuals {
  public:
@@ -200,7 +205,7 @@ class EventLegs {
   }
   void jump(const EventLeg& leg) {
     const RunEvent& event = phases_[phase_].events[size_t(leg.event)];
-    const size_t to = event.then < 0 ? phase_ : size_t(event.then);
+    const size_t to = phase_after(event, phase_);
     const auto& d = phases_[to].model->description();
     const auto x = whole_numbers(description(), state_);
     auto after = EventInDuals(event).reset(time_at_end(leg), x, size_t(d.nx) + event.sets.size());

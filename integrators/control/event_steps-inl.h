@@ -15,6 +15,14 @@ inline double product_of(std::span<const double> a, std::span<const double> b) {
   return sum;
 }
 
+/// Parameters of an event: those of its numbers, in their order, then that of its time, if given.
+inline std::vector<std::string> names_of(const RunEvent& event) {
+  std::vector<std::string> names;
+  for (const auto& number : event.numbers) names.push_back(event.name + "." + number.name);
+  if (!event.guard) names.push_back(event.name + ".at");
+  return names;
+}
+
 /// Why a guard's rate at its zero is nothing against its change over a step; empty: it is not.
 inline std::string graze(const RunEvent& event, const EventLeg& leg, PhaseSteps& steps, double t,
                          double rate, const EventGradientOptions& options) {

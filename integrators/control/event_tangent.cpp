@@ -61,7 +61,7 @@ class AlongEvents {
     const auto x = whole_numbers(steps.model().description(), leg.end);
     const double t = run.time_at_end(leg);
     const size_t n = x.size(), columns = n + 1 + event.numbers.size() + event.parameters.size(),
-                 to = event.then < 0 ? leg.phase : size_t(event.then),
+                 to = phase_after(event, leg.phase),
                  after = size_t(phases_[to].model->description().nx);
     if (const Outcome o = steps.by_times(1, 0, by_time_); o != Outcome::ok)
       return fail(o, "the tangent of the step before '" + event.name + "'");
@@ -114,8 +114,7 @@ void check_numbers(const std::vector<RunPhase>& phases,
       if (!event.sets.empty())
         throw InvalidArgument("the event '" + event.name + "' sets '" + event.sets.front() +
                               "', by which a tangent has no derivatives, expected a gradient");
-      for (const auto& number : event.numbers) known.insert(event.name + "." + number.name);
-      if (!event.guard) known.insert(event.name + ".at");
+      for (const auto& name : names_of(event)) known.insert(name);
     }
   for (const auto& entry : numbers)
     if (!known.contains(entry.first))

@@ -32,10 +32,10 @@ struct WholeBody::Work {
   std::vector<mechanics::Motion<double>> V, a;  ///< copies: other kernels overwrite the workspace
   mechanics::Force<double> net{{0, 0, 0}, {0, 0, 0}};  ///< at v' = 0, about the world's origin
   std::vector<TaskLevel> levels;
-  std::vector<double> x;                                    ///< the solution
-  std::vector<LevelOutcome> outcomes;                       ///< of the tasks at x
-  std::vector<std::string> physical, kinematic;             ///< what each row of the limits says
-  std::vector<Touch> touch;                                 ///< of each contact
+  std::vector<double> x;                         ///< the solution
+  std::vector<LevelOutcome> outcomes;            ///< of the tasks at x, where the budget acts
+  std::vector<std::string> physical, kinematic;  ///< what each row of the limits says
+  std::vector<Touch> touch;                      ///< of each contact
   double budget = std::numeric_limits<double>::infinity();  ///< of work [J]
   TaskHierarchy hierarchy;
   WholeBodySolution out;

@@ -243,8 +243,8 @@ std::pair<std::vector<double>, bool> start_of_fit(Identification& r, const Scene
       !z.empty() && error.at(z, after, nullptr) && !(after.squaredNorm() >= before.squaredNorm());
   if (!r.by_momenta) {
     const auto as_logged = with_start_of(log, unknowns);
-    const bool nearer =
-        error.at(as_logged, after, nullptr) && !(before.squaredNorm() <= after.squaredNorm());
+    const bool nearer = as_logged != unknowns.start() && error.at(as_logged, after, nullptr) &&
+                        !(before.squaredNorm() <= after.squaredNorm());
     return {nearer ? as_logged : unknowns.start(), false};
   }
   return {z, after.squaredNorm() < near * before.squaredNorm()};
