@@ -64,7 +64,7 @@ struct Nearest {
 /// @param d  from the middle of `a` to that of `b` (Ericson 2005, section 5.1.9)
 template <class T>
 Nearest<T> nearest(const Rod<T>& a, const Rod<T>& b, const Vec3<T>& d) {
-  using phs::abs, phs::max, phs::select;
+  using phs::abs, phs::fma, phs::max, phs::select;
   const Vec3<T>&x = a.axis, &y = b.axis;
   const Vec3<T> c = cross(x, y);
   const T s_of_lines = dot(cross(d, y), c) / (dot(c, c) + T(1e-280));

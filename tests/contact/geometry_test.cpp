@@ -158,7 +158,8 @@ TEST(Geometry, NormalAndPlaceAreTheDerivative) {
         for (size_t i = 0; i < n; ++i) {
           const double rate = dot(here[i].n, v + cross(w, here[i].at - f.d));
           const double error = std::fabs(out[i].gap.d - rate);
-          // Nearly parallel edges: the rounding of where they cross grows with 1/sin².
+          // Nearly parallel edges: the rounding of where they cross grows with 1/sin². That of a
+          // sphere grows with 1/distance to a cylinder's axis: 1.1e-14 without fused multiply-adds.
           double& most = have_edges(a.kind, b.kind) ? of_edges : worst;
           most = std::max(most, error);
           control = std::max(control, std::fabs(out[i].gap.d - dot(here[i].n, v)));
@@ -166,10 +167,10 @@ TEST(Geometry, NormalAndPlaceAreTheDerivative) {
       }
     }
   std::printf(
-      "  %d pairs: off by %.1e   bound 1e-14, with edges %.1e   bound 1e-11 (force through the "
+      "  %d pairs: off by %.1e   bound 5e-14, with edges %.1e   bound 1e-11 (force through the "
       "centre: %.1e)\n",
       pairs, worst, of_edges, control);
-  EXPECT_LE(worst, 1e-14);
+  EXPECT_LE(worst, 5e-14);
   EXPECT_LE(of_edges, 1e-11);
   EXPECT_GT(control, 0.1);
 }
