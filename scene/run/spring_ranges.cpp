@@ -28,6 +28,7 @@ SpringRanges::SpringRanges(const Scene& scene, const Assembly& assembly, const R
     if (!a.remark.empty()) remarks_.push_back(a.remark);
     const ActuatorPlace at = place_of(a, assembly.model->description());
     const vsa::ElasticTraits& t = a.actuator.elastic->traits();
+    if (at.link >= 0) springs_.push_back({a.name, a.actuator.elastic.get(), at});
     const auto add = [&](const char* what, const std::string& unit, int of, int less, double lower,
                          double upper, const char* reason) {
       if (of < 0 || !(lower > -HUGE_VAL || upper < HUGE_VAL)) return;
@@ -60,6 +61,13 @@ void SpringRanges::see(std::span<const double> record) {
     r.see(record[layout_.least(of)], record[layout_.time()]);
     r.see(record[layout_.largest(of)], record[layout_.time()]);
   }
+  const auto x = [&](int at) { return at < 0 ? 0 : record[layout_.x() + size_t(at)]; };
+  for (Spring& s : springs_) {
+    const double k = s.elastic->stiffness(x(s.at.link), x(s.at.theta), x(s.at.sigma));
+    if (!(k < 0)) continue;
+    if (s.first < 0) s.first = record[layout_.time()];
+    s.least = std::fmin(s.least, k);
+  }
 }
 
 void SpringRanges::fill(RunReport& report) const {
@@ -75,6 +83,12 @@ void SpringRanges::fill(RunReport& report) const {
       report.notes.push_back(fmt::format(
           "{} left the range {:.4g} to {:.4g} {}: first at {:.6g} s, farthest at {:.4g}", r.what,
           r.lower, r.upper, r.reason, r.first, r.farthest));
+  for (const Spring& s : springs_)
+    if (s.first >= 0)
+      report.notes.push_back(fmt::format(
+          "the stiffness of actuator '{}' is negative: first at {:.6g} s, least {:.4g} N m/rad: "
+          "there its spring pushes away from where its torque is 0",
+          s.name, s.first, s.least));
 }
 
 }  // namespace porthos::scene

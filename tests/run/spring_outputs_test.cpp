@@ -8,6 +8,7 @@
 #include "tests/places.h"
 #include "tests/run/series.h"
 #include "vsa/catalogue.h"
+#include "vsa/families.h"
 
 namespace porthos::test::spring_outputs_test {
 namespace {
@@ -26,13 +27,16 @@ const std::string outputs = [] {
 /// The example whose qbmoves wind up by sigma = 0.3 (1 - cos t), one of them deflected, for 2 s.
 class SpringOutputs : public ::testing::Test {
  protected:
-  scene::Scene scene(const std::string& more) const {
+  scene::Scene scene(const std::string& more, const char* start = "0.15") const {
     const auto example = fs::path(PORTHOS_SOURCE_DIR) / "examples" / "vsa_cycle";
     fs::copy_file(example / "links.urdf", folder_ / "links.urdf",
                   fs::copy_options::overwrite_existing);
     std::string text = read_bytes(example / "scene.toml");
-    const std::string whole = "duration = 12.566370614359172";
-    text.replace(text.find(whole), whole.size(), "duration = 2");
+    const auto put = [&](const std::string& old, const std::string& now) {
+      text.replace(text.find(old), old.size(), now);
+    };
+    put("duration = 12.566370614359172", "duration = 2");
+    put("position = 0.15", std::string("position = ") + start);
     write_bytes(folder_ / "scene.toml", text + "\n" + more);
     return scene::read_scene((folder_ / "scene.toml").string());
   }
@@ -103,6 +107,28 @@ TEST_F(SpringOutputs, ALeftRangeIsTold) {
   EXPECT_NE(said.find("first at 0.84"), said.npos) << said;
   EXPECT_NE(said.find("farthest at 0.42"), said.npos) << said;
   EXPECT_EQ(notes_of(0.5), "") << "the control: it stays inside";
+}
+
+// The springs of a lever arm have the stiffness 2 ks σ² cos 2φ, negative beyond 45°.
+TEST_F(SpringOutputs, ANegativeStiffnessIsTold) {
+  const auto notes_of = [&](const char* start) {
+    auto s = scene(outputs, start);
+    s.actuators[1].actuator.elastic = vsa::lever_arm({.ks = 0.1}, {});
+    const Series run(s);
+    const auto q = run("output/q"), sigma = run("output/second_stiffness_setting");
+    double least = 0;
+    for (size_t i = 0; i < q.size(); ++i)
+      least = std::fmin(least, 2 * 0.1 * sigma[i] * sigma[i] * std::cos(2 * q[i]));
+    std::string all;
+    for (const auto& note : run.report.notes)
+      if (note.find("is negative") != note.npos) all += note;
+    EXPECT_EQ(least < 0, all.find(fmt::format("least {:.4g} N m/rad", least)) != all.npos) << all;
+    return all;
+  };
+  EXPECT_NE(notes_of("1.0").find("stiffness of actuator 'second' is negative: first at 0.0"),
+            std::string::npos)
+      << notes_of("1.0");
+  EXPECT_EQ(notes_of("0.15"), "") << "the control: below 45 degrees";
 }
 
 TEST_F(SpringOutputs, AStopEndsTheRunAtAStiffness) {
