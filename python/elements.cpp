@@ -117,25 +117,21 @@ void bind_elements(py::module_& m) {
       arg("mass"), arg("domain") = "rotation",
       "State: momentum p, p' = force. Port 'body' (effort in): force -> rate p/m. An inductor in "
       "the electrical domain.");
-  const auto motor = [](double L, double R, double k, double gear, double rotor, double friction) {
-    return DcMotor{L, R, k, gear, rotor, friction};
+  const auto def_motor = [&](const char* name, auto make, const char* text) {
+    m.def(
+        name,
+        [make](double L, double R, double k, double gear, double rotor, double friction) {
+          return mutable_ptr(make(DcMotor{L, R, k, gear, rotor, friction}));
+        },
+        py::kw_only(), arg("inductance"), arg("resistance"), arg("constant"), arg("gear") = 1.0,
+        arg("rotor_inertia") = 0.0, arg("friction") = 0.0, text);
   };
-  m.def(
-      "dc_motor",
-      [motor](double L, double R, double k, double gear, double rotor, double friction) {
-        return mutable_ptr(dc_motor(motor(L, R, k, gear, rotor, friction)));
-      },
-      py::kw_only(), arg("inductance"), arg("resistance"), arg("constant"), arg("gear") = 1.0,
-      arg("rotor_inertia") = 0.0, arg("friction") = 0.0,
+  def_motor(
+      "dc_motor", dc_motor,
       R"(Direct-current motor with its rotor: torque k i against back-emf k w. States: flux L i [H], momentum of the rotor
 seen at the shaft. Ports 'supply' (effort in: V -> A) and 'shaft' (effort in: N m -> rad/s).)");
-  m.def(
-      "dc_drive",
-      [motor](double L, double R, double k, double gear, double rotor, double friction) {
-        return mutable_ptr(dc_drive(motor(L, R, k, gear, rotor, friction)));
-      },
-      py::kw_only(), arg("inductance"), arg("resistance"), arg("constant"), arg("gear") = 1.0,
-      arg("rotor_inertia") = 0.0, arg("friction") = 0.0,
+  def_motor(
+      "dc_drive", dc_drive,
       R"(The drive of a rigid gear: no rotor of its own (give gear^2 rotor_inertia to the joint as its rotor inertia). State:
 flux. Ports 'supply' and 'shaft' (flow in: rad/s -> the torque against it), for Network.feedback with a joint.)");
 }

@@ -8,18 +8,17 @@
 #include "scene/compare/compare.h"
 #include "scene/compare/work_precision_plot.h"
 #include "scene/files/files.h"
+#include "scene/files/json-inl.h"
 
 namespace porthos::scene {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-double or_nan(const Json& j) { return j.is_number() ? j.get<double>() : std::nan(""); }
-
 Trial trial_of(const Json& run) {
   Trial t;
-  t.report.cpu_s = or_nan(run.at("cpu_s"));
-  t.report.energy.max_rel_error = or_nan(run.at("energy").at("max_rel_error"));
+  t.report.cpu_s = json_number(run.at("cpu_s"));
+  t.report.energy.max_rel_error = json_number(run.at("energy").at("max_rel_error"));
   if (const std::string outcome = run.at("outcome"); outcome != "ok") t.failure = outcome;
   if (run.at("trajectory_error").is_number()) t.trajectory_error = run["trajectory_error"];
   return t;
@@ -29,11 +28,11 @@ Trial trial_of(const Json& run) {
 Comparison comparison_of(const Json& j) {
   Comparison c;
   c.title = j.at("title");
-  c.duration_s = or_nan(j.at("duration_s"));
+  c.duration_s = json_number(j.at("duration_s"));
   c.by_energy = j.at("error") == "energy";
   c.interrupted = j.at("interrupted");
   const Json& trajectory = j.at("trajectory");
-  c.trajectory_time_s = or_nan(trajectory.at("time_s"));
+  c.trajectory_time_s = json_number(trajectory.at("time_s"));
   if (trajectory.at("reference_error").is_number())
     c.reference.emplace().error = trajectory["reference_error"];
   for (const Json& run : j.at("runs")) {
@@ -58,7 +57,8 @@ std::string replot_comparison(const std::filesystem::path& folder) {
         "{} has no compare.json, expected the results of porthos compare", folder.string()));
   try {
     const Json j = Json::parse(read_file(json));
-    write_aside(svg, work_precision_plot(comparison_of(j), or_nan(j.at("advice").at("target"))));
+    write_aside(svg,
+                work_precision_plot(comparison_of(j), json_number(j.at("advice").at("target"))));
   } catch (const Json::exception& e) {
     throw InvalidArgument(fmt::format("{} is damaged: {}", json.string(), e.what()));
   }

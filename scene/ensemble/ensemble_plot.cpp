@@ -11,6 +11,7 @@
 #include "phs/error.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
+#include "scene/files/json-inl.h"
 #include "scene/files/text_table.h"
 #include "scene/plot/svg.h"
 
@@ -23,8 +24,6 @@ constexpr int bins_per_decade = 8;
 std::string error_text(double x) { return x > 0 ? scientific(x) : "0"; }
 
 using Json = nlohmann::ordered_json;
-
-double number_or_nan(const Json& j) { return j.is_number() ? j.get<double>() : std::nan(""); }
 
 /// Along which the numbers of a histogram stand: decades of errors, where an error of exactly 0
 /// counts at the left end, or numbers as they are.
@@ -60,12 +59,12 @@ std::vector<Histogram> histograms(const Json& summary) {
     std::ranges::replace(h.dataset, ' ', '_');
     if (!summary.contains(h.dataset)) continue;
     const Json& spread = summary.at(h.dataset);
-    h.least = number_or_nan(spread.at("min"));
-    h.median = number_or_nan(spread.at("median"));
-    h.most_of_all = number_or_nan(spread.at("q95"));
-    h.largest = number_or_nan(spread.at("max"));
+    h.least = json_number(spread.at("min"));
+    h.median = json_number(spread.at("median"));
+    h.most_of_all = json_number(spread.at("q95"));
+    h.largest = json_number(spread.at("max"));
     if (summary.contains("limits") && summary["limits"].contains(h.dataset))
-      h.limit = number_or_nan(summary["limits"][h.dataset]);
+      h.limit = json_number(summary["limits"][h.dataset]);
     h.words = fmt::format("median {}  ·  95 % below {}  ·  largest (▲) {}{}", error_text(h.median),
                           error_text(h.most_of_all), error_text(h.largest),
                           h.limit ? "  ·  limit " + error_text(*h.limit) : "");
@@ -116,10 +115,10 @@ std::vector<Histogram> of_requirements(const Json& summary, const Hdf5Reader& fi
     const bool near = limit > h.least - 6 * span && limit < h.largest + 6 * span;
     if (near) h.axis = {std::min(h.least, limit), std::max(h.largest, limit), false};
     if (!(h.axis.high > h.axis.low)) h.axis.high = h.axis.low + std::max(1e-12, std::fabs(h.least));
-    h.words = fmt::format("{} (▲) {}  ·  {} {}{}", is,
-                          number_text(number_or_nan(w.at("value")), false, 4),
-                          is == "largest" ? "at most" : "at least", number_text(limit, false, 6),
-                          near ? "" : ", outside of the picture");
+    h.words =
+        fmt::format("{} (▲) {}  ·  {} {}{}", is, number_text(json_number(w.at("value")), false, 4),
+                    is == "largest" ? "at most" : "at least", number_text(limit, false, 6),
+                    near ? "" : ", outside of the picture");
     if (is == "least") h.largest = h.least;  // the mark stands at the worst
     if (!near) h.limit.reset();
     h.count.assign(size_t(h.axis.bins()), 0);
@@ -214,8 +213,8 @@ std::string ensemble_plot(const std::filesystem::path& h5, const std::string& js
   svg.text(left, 52, "start", 12, colour::soft,
            fmt::format("{} cases  ·  {}  ·  step {} s  ·  {} s each  ·  {} passed", cases,
                        summary.at("method").get<std::string>(),
-                       number_text(number_or_nan(summary.at("step_s"))),
-                       number_text(number_or_nan(summary.at("duration_s"))),
+                       number_text(json_number(summary.at("step_s"))),
+                       number_text(json_number(summary.at("duration_s"))),
                        summary.at("passed").get<std::int64_t>()));
   double top = first;
   for (size_t k = 0; k < all.size(); ++k) {
