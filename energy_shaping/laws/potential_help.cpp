@@ -1,37 +1,60 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "energy_shaping/laws/detail/potential_help.h"
 #include "energy_shaping/loop/derivatives.h"
+#include "phs/linear_algebra/linear_algebra.h"
 
 namespace porthos::energy_shaping {
+
+namespace {
+/// Whether the quadratic form K is not negative where the coordinates `held` cannot move.
+bool stands(const std::vector<double>& K, size_t nq, const std::vector<int>& held) {
+  std::vector<size_t> rest;
+  for (size_t i = 0; i < nq; ++i)
+    if (std::ranges::find(held, int(i)) == held.end()) rest.push_back(i);
+  std::vector<double> part;
+  double scale = 0;
+  for (const size_t i : rest)
+    for (const size_t j : rest) {
+      part.push_back(K[i * nq + j]);
+      scale = std::max(scale, std::fabs(part.back()));
+    }
+  return rest.empty() || phs::symmetric_eigenvalues(rest.size(), part).front() >= -1e-9 * scale;
+}
+}  // namespace
 
 std::string help_of_saddle(const mechanics::Mechanism& m, const PotentialLoop::Parts& p,
                            const std::vector<double>& K) {
   const auto nq = size_t(m.nq());
-  const mechanics::JointCoordinates* softest = nullptr;
-  double least = HUGE_VAL;
+  const auto own = [&](const auto* c) { return K[size_t(c->q) * (nq + 1)]; };
+  std::vector<const mechanics::JointCoordinates*> driven;
   for (const auto& c : m.coordinates()) {
     if (c.nq != 1) continue;
-    const double own = K[size_t(c.q) * (nq + 1)];
-    if (own < 0 && !p.actuated[size_t(c.v)])  // whatever the others' stiffness
+    if (p.actuated[size_t(c.v)])
+      driven.push_back(&c);
+    else if (own(&c) < 0)  // whatever the others' stiffness
       return fmt::format(
           "'{}' stands up there and nothing drives it: choose a rest where it hangs, or a law that "
           "balances it, as an lqr",
           c.joint);
-    if (own >= least) continue;
-    least = own;
-    softest = &c;
   }
-  if (!softest) return "raise the stiffness of the springs";
-  if (p.actuated[size_t(softest->v)])
-    return fmt::format("raise the stiffness at '{}'", softest->joint);
-  return fmt::format(
-      "'{}' is the softest there and nothing drives it: choose a rest where it hangs, or raise the "
-      "stiffness",
-      softest->joint);
+  std::ranges::sort(driven, {}, own);
+  for (const auto* c : driven)
+    if (stands(K, nq, {c->q})) return fmt::format("raise the stiffness at '{}'", c->joint);
+  std::vector<int> held;
+  std::vector<std::string> joints;
+  for (const auto* c : driven) {
+    held.push_back(c->q);
+    joints.push_back(fmt::format("'{}'", c->joint));
+    if (stands(K, nq, held))
+      return fmt::format("raise the stiffness at all of {}", fmt::join(joints, ", "));
+  }
+  return "stiffness where the actuators are does not help: choose a rest where what nothing drives "
+         "hangs, or a law that balances it, as an lqr";
 }
 
 bool hangs(const mechanics::MechanicalModel& model, const PotentialLoop::Parts& p,

@@ -110,6 +110,19 @@ TEST(FullyActuated, ConstantCompensationNeedsStiffness) {
   const auto why = refusal([&] { PotentialLoop(model, with(5)); });
   EXPECT_NE(why.find("Hessian of V_d >= 0 fails"), std::string::npos) << why;
   EXPECT_NE(why.find("raise the stiffness at 'joint_"), std::string::npos) << why;
+
+  // Where both are too soft, neither helps alone, and the two that are named do.
+  const auto soft = [&](double first, double second) {
+    auto s = with(0.1);
+    s.joints[0].stiffness = first;
+    s.joints[1].stiffness = second;
+    return s;
+  };
+  const auto both = refusal([&] { PotentialLoop(model, soft(0.1, 0.1)); });
+  EXPECT_NE(both.find("raise the stiffness at all of 'joint_"), std::string::npos) << both;
+  EXPECT_THROW(PotentialLoop(model, soft(1e3, 0.1)), InvalidArgument);
+  EXPECT_THROW(PotentialLoop(model, soft(0.1, 1e3)), InvalidArgument);
+  EXPECT_NO_THROW(PotentialLoop(model, soft(60, 60)));
 }
 
 /// Two links in a vertical plane of which only the first is driven: each refusal names what helps,
