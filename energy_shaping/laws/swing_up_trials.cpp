@@ -164,7 +164,7 @@ std::string SwingUpTrials::of_none(size_t tried, double level) {
   };
   const Help all[] = {{"in three times the duration", {.longer = 3}},
                       {"at four times the rate", {.faster = 4}},
-                      {"with three times the limit", {.limits = 3}},
+                      {"with three times the pump's limit", {.limits = 3}},
                       {"from 0.3 rad (m) more of each coordinate", {.start = 0.3}},
                       {"from 0.3 rad (m) less of each coordinate", {.start = -0.3}}};
   std::string tried_too;
