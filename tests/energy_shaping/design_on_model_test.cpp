@@ -289,6 +289,12 @@ TEST(DesignOnModel, RefusesAModelThatIsNotTheDesigns) {
       "'pole_joint' is 0 rad, which may be 3.14159265358979");
   says(
       [&] {
+        cart_pole_on(cart_and_pole(1), {"cart_joint.force", {0, pi - 0.5}}, gains);
+      },
+      "'pole_joint' leans by 0.5 rad at its target, expected the upright; likely cause: the target "
+      "of 'pole_joint' is 2.64159 rad, which may be 3.14159265358979");
+  says(
+      [&] {
         inertia_wheel_on(wheel_pendulum(1), {"wheel_joint.torque", {pi, 0}}, {});
       },
       "'pendulum_joint' hangs at its target");

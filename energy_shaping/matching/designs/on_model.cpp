@@ -56,11 +56,17 @@ class TwoJoints {
           "design '{}' does not apply: gravity does not act at '{}', the joint without actuator, "
           "expected the pendulum there; likely cause: drives = \"{}\", which may be \"{}\"",
           design, other, own, other));
-    if (amplitude < 0)
+    const double aside = 0.5 * (V(pi / 2, 0) - V(-pi / 2, 0));
+    const double lean = std::atan2(aside, amplitude);  // of the upright, seen from the target
+    if (std::fabs(lean) > 1e-9) {                      // the comparison of the motions sees less
+      const double up = std::remainder(rest_[o] + lean, 2 * pi);
       throw InvalidArgument(fmt::format(
-          "design '{}' does not apply: '{}' hangs at its target, expected the upright; likely "
-          "cause: the target of '{}' is {:.6g} rad, which may be {:.16g}",
-          design, other, other, rest_[o], rest_[o] < pi / 2 ? rest_[o] + pi : rest_[o] - pi));
+          "design '{}' does not apply: '{}' {} at its target, expected the upright; likely cause: "
+          "the target of '{}' is {:.6g} rad, which may be {:.16g}",
+          design, other,
+          amplitude < 0 ? "hangs" : fmt::format("leans by {:.3g} rad", std::fabs(lean)), other,
+          rest_[o], up < -pi + 1e-9 ? up + 2 * pi : up));
+    }
     return amplitude;
   }
   /// @throws InvalidArgument for two hinges whose axes are not parallel
@@ -78,11 +84,11 @@ class TwoJoints {
           "numerical_matching",
           design, c[d].joint, c[o].joint, std::atan2(sine, std::fabs(mechanics::dot(a, b)))));
   }
-  /// Gravity of an unbalanced wheel is none of the design's. m3: the torque of the pendulum's
+  /// Gravity of an unbalanced wheel is none of the design's.
   /// @throws InvalidArgument naming the likely cause
-  void balanced(const char* design, double m3) {
+  void balanced(const char* design) {
     const double pull = 0.5 * std::hypot(V(0, 0) - V(0, pi), V(0, pi / 2) - V(0, -pi / 2));
-    if (pull > 1e-9 * m3)  // the comparison of the motions sees less
+    if (pull > 0.5e-9 * std::fabs(V(0, 0) - V(pi, 0)))  // the comparison of the motions sees less
       throw InvalidArgument(fmt::format(
           "design '{}' does not apply: gravity pulls at '{}' by up to {:.4g} N m; likely cause: "
           "the wheel's centre of mass is off its axis; balance it in the model, or take an lqr",
@@ -157,8 +163,8 @@ DesignOnModel wheel_on(const ModelPtr& model, const DesignJoints& joints, Gains 
   InertiaWheelPendulum w;
   w.I2 = j.M(j.d, j.d);
   w.I1 = j.M(j.o, j.o) - w.I2;
+  j.balanced("inertia-wheel pendulum");
   w.m3 = j.upright("inertia-wheel pendulum");
-  j.balanced("inertia-wheel pendulum", w.m3);
   auto map = ordered(j, 1, j.M(j.o, j.d) < 0 ? -1 : 1);
   map.A[1][j.o] = 1;  // the wheel's angle in the world
   map.scale = map.A[1][j.d];
