@@ -39,15 +39,19 @@ class SceneOutputs {
   SceneOutputs(const SceneOutputs&) = delete;
 
   const std::vector<std::string>& names() const { return names_; }
-  py::array_t<double> at(const py::object& times, const py::object& states) {
+  py::array_t<double> at(const py::object& times, const py::object& states,
+                         const py::object& inputs) {
     Rows r;
-    const auto nx = size_t(assembly_.model->description().nx);
+    const auto& d = assembly_.model->description();
+    const auto nx = size_t(d.nx), nu = size_t(d.nu);
     const double* x = r.in("states", states, nx).data;
+    const double* u = r.in("inputs", inputs, nu, true).data;
     const auto t = numbers("times", times, r.count());
     std::vector<double> found;
     for (size_t i = 0; i < r.count(); ++i) {
-      const phs::State s(assembly_.model->description(), {x + i * nx, x + (i + 1) * nx});
-      const auto values = outputs_->at(t[i], s, {});
+      const phs::State s(d, {x + i * nx, x + (i + 1) * nx});
+      const auto values =
+          outputs_->at(t[i], s, {}, u ? std::span(u + i * nu, nu) : std::span<const double>());
       for (const size_t k : columns_) found.push_back(values[k]);
     }
     return as_array(std::move(found), Shape{py::ssize_t(r.count()), py::ssize_t(columns_.size())});
@@ -71,8 +75,9 @@ void bind_outputs(py::module_& m) {
            arg("scene"), arg("assembly"), arg("names"))
       .def_property_readonly("names", &SceneOutputs::names,
                              "Of the numbers; outputs that the scene does not have are left out.")
-      .def("at", &SceneOutputs::at, arg("times"), arg("states"),
-           "times: (n,) [s]; states: (n, nx). Returns (n, numbers) in the units of the outputs.");
+      .def("at", &SceneOutputs::at, arg("times"), arg("states"), arg("inputs") = py::none(),
+           "times: (n,) [s]; states: (n, nx); inputs: (n, nu) that act there, None: 0. Returns (n, "
+           "numbers) in the units of the outputs.");
 }
 
 }  // namespace porthos::python

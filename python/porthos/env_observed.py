@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import difflib
-from typing import Any, Sequence
+from typing import Any, Collection, Sequence
 
 import numpy as np
 
-from ._core import Assembly, InvalidArgument, Mechanism, SceneData, SceneOutputs, rates_from_momenta
+from ._core import Assembly, Description, InvalidArgument, Mechanism, SceneData, SceneOutputs, rates_from_momenta
 
 
 def names_of(m: Mechanism | None, nx: int) -> list[str]:
@@ -23,10 +23,13 @@ def names_of(m: Mechanism | None, nx: int) -> list[str]:
 class Sight:
     """Observations of states, of which each belongs to a case and so to a mechanism."""
 
-    def __init__(self, mechanisms: Sequence[Mechanism | None], nx: int, observed: Any, scene: SceneData | None, found: Sequence[Assembly]):
+    def __init__(self, mechanisms: Sequence[Mechanism | None], d: Description, ports: Collection[str], observed: Any, scene: SceneData | None, found: Sequence[Assembly]):
+        """ports: those that actions drive."""
         self._mechanisms = list({id(m): m for m in mechanisms}.values())
         self._of_case = np.array([next(k for k, of in enumerate(self._mechanisms) if of is m) for m in mechanisms])
-        plain = names_of(mechanisms[0], nx)
+        plain = names_of(mechanisms[0], d.nx)
+        of_port = {p.name: range(p.at, p.at + p.size) for p in d.ports}
+        self._nu, self._driven = d.nu, [k for p in ports for k in of_port[p]]
         self.names, self._columns = plain, None
         self._outputs: list[SceneOutputs] = []
         if observed is None:
@@ -47,17 +50,20 @@ class Sight:
             first = {id(m): a for m, a in reversed(list(zip(mechanisms, found)))}
             self._outputs = [SceneOutputs(scene, first[id(m)], list(observed)) for m in self._mechanisms]
 
-    def see(self, x: np.ndarray, cases: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """x: (n, nx) with the case and the time [s] of each."""
+    def see(self, x: np.ndarray, cases: np.ndarray, times: np.ndarray, actions: np.ndarray | None) -> np.ndarray:
+        """x: (n, nx) with the case, the time [s] and the actions of each, which outputs of forces see; None: 0."""
         m = self._mechanisms[0]
         if m is None:
             return x if self._columns is None else x[:, self._columns]
         q, p, which = np.ascontiguousarray(x[:, : m.nq]), np.ascontiguousarray(x[:, m.nq : 2 * m.nq]), self._of_case[cases]
         seen = np.empty((len(x), m.nq + m.nv + (len(self._outputs[0].names) if self._outputs else 0)))
         seen[:, : m.nq] = q
+        inputs = np.zeros((len(x), self._nu))
+        if actions is not None:
+            inputs[:, self._driven] = actions
         for k in np.unique(which):
             rows = which == k
             seen[rows, m.nq : m.nq + m.nv] = rates_from_momenta(self._mechanisms[k], q[rows], p[rows])
             if self._outputs:
-                seen[rows, m.nq + m.nv :] = self._outputs[k].at(times[rows], x[rows])
+                seen[rows, m.nq + m.nv :] = self._outputs[k].at(times[rows], x[rows], inputs[rows])
         return seen if self._columns is None else seen[:, self._columns]

@@ -144,9 +144,9 @@ class VectorEnv(_VectorBase):
         description = model.description
         mechanisms = [a.mechanism for a in _cases] or [self._mechanism]
         data = scene.data if isinstance(scene, Scene) else None
-        self._sight = Sight(mechanisms, description.nx, observed, data, _cases if data else ())
-        self.names: list[str] = self._sight.names
         sizes = driven(options.get("ports"), description, self._mechanism)
+        self._sight = Sight(mechanisms, description, sizes, observed, data, _cases if data else ())
+        self.names: list[str] = self._sight.names
         options["ports"] = list(sizes)
         if rates:
             if self._mechanism is None:
@@ -235,13 +235,13 @@ class VectorEnv(_VectorBase):
         """H of each environment [J] at what reward sees: in the step that ends an episode, at its end."""
         return self._batch.final_energies.copy()
 
-    def _seen(self, x: np.ndarray, cases: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    def _seen(self, x: np.ndarray, cases: np.ndarray, steps: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         with np.errstate(over="ignore"):  # what is not finite then has failed
-            return self._sight.see(x, cases, steps * self._batch.interval).astype(self._dtype)
+            return self._sight.see(x, cases, steps * self._batch.interval, u).astype(self._dtype)
 
-    def _last(self, steps: np.ndarray) -> np.ndarray:
-        """What was observed at the end of the step, before a next episode."""
-        return self._seen(self._batch.final_observations, self._batch.final_cases, steps - self._batch.failed)
+    def _last(self, steps: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """What was observed at the end of the step with the actions u, before a next episode."""
+        return self._seen(self._batch.final_observations, self._batch.final_cases, steps - self._batch.failed, u)
 
     def _rewards(self, last: np.ndarray, u: np.ndarray) -> np.ndarray:
         return of_each("reward", self._reward(read_only(last), read_only(u)), self.num_envs).astype(np.float64)
@@ -253,17 +253,17 @@ class VectorEnv(_VectorBase):
 
     def _judged(self, u: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
         """What was observed last, the rewards, and why copies failed. Ends the episodes that have blown up and those that `terminated` names."""
-        last, whys = self._last(steps), self._batch.outcomes
+        last, whys = self._last(steps, u), self._batch.outcomes
         if (wrong := ~np.isfinite(last).all(axis=1)).any():
             seen = last
             self._fail(wrong, whys, lambda i: f"'{self.names[int(np.argmin(np.isfinite(seen[i])))]}' is not finite in {self._dtype}")
-            last = self._last(steps)
+            last = self._last(steps, u)
         rewards = self._rewards(last, u)
         if (wrong := ~np.isfinite(rewards) & (np.abs(last) > 1e9).any(axis=1)).any():
             far, gave, names = np.abs(last).argmax(axis=1), rewards, self.names
             seen = last
             self._fail(wrong, whys, lambda i: f"the reward is {gave[i]} where '{names[far[i]]}' is {seen[i, far[i]]:.3g}")
-            last = self._last(steps)
+            last = self._last(steps, u)
             rewards = self._rewards(last, u)
         if (wrong := ~np.isfinite(rewards) & ~self._batch.failed).any():
             where = f" for environment {int(np.flatnonzero(wrong)[0])}" if self.num_envs > 1 else ""
@@ -284,7 +284,7 @@ class VectorEnv(_VectorBase):
         seeds = list(seed) if several else None if seed is None else [(int(seed) + i) % 2**64 for i in range(self.num_envs)]
         x = self._batch.reset(None) if seeds is None else self._batch.reset_each(seeds)
         self._begun = True
-        return self._seen(x, self._batch.cases, self._batch.lengths), {}
+        return self._seen(x, self._batch.cases, self._batch.lengths, None), {}
 
     def step(self, actions):
         """(observations, rewards, terminated, truncated, info). Before the first reset() it is refused."""
@@ -300,7 +300,8 @@ class VectorEnv(_VectorBase):
         observations, info = last, {}
         terminated, truncated, failed = (flags.copy() for flags in (self._batch.terminated, self._batch.truncated, self._batch.failed))
         if (ended := terminated | truncated).any():
-            observations = self._seen(self._batch.observations, self._batch.cases, self._batch.lengths)
+            acting = np.where(ended[:, None], 0, u)  # an episode begins without
+            observations = self._seen(self._batch.observations, self._batch.cases, self._batch.lengths, acting)
             info = {"final_obs": last, "_final_obs": ended}
         if failed.any():
             end = steps * self._batch.interval

@@ -88,9 +88,7 @@ void Outputs::hold(std::span<const double> values) {
 }
 
 /// Energies and powers, and what changes the momenta.
-void Outputs::evaluate_fields(double t, const phs::State& s, std::span<const double> held) {
-  if (!whole_ && !inner_) return;
-  hold(held);
+void Outputs::evaluate_fields(double t, const phs::State& s, std::span<const double> inputs) {
   for (size_t i = 0; i < angles_.size(); ++i)
     angles_[i] = i < s.turns.size() ? double(s.turns[i]) * phs::two_pi_hi : 0;
   if (whole_) {
@@ -102,9 +100,10 @@ void Outputs::evaluate_fields(double t, const phs::State& s, std::span<const dou
   if (!inner_) return;
   const auto x = std::span<const double>(s.x);
   inner_->set_turn_angles(angles_);
-  inner_->field(t, x.first(field_.size()), {}, field_);
+  inner_->field(t, x.first(field_.size()), inputs, field_);
   if (reactions_) {  // x' = field - Bλ
-    (void)reactions_->at(t, x.first(field_.size()), s.turns);
+    reactions_->set_turn_angles(angles_);
+    (void)reactions_->along(t, x.first(field_.size()), field_);
     reactions_->forces(forces_);
   }
   if (!mechanism_) return;
@@ -112,7 +111,8 @@ void Outputs::evaluate_fields(double t, const phs::State& s, std::span<const dou
   mechanism_->field(t, x.first(bare_field_.size()), {}, bare_field_);
 }
 
-std::span<const double> Outputs::at(double t, const phs::State& s, std::span<const double> held) {
+std::span<const double> Outputs::at(double t, const phs::State& s, std::span<const double> held,
+                                    std::span<const double> inputs) {
   if (items_.empty()) return {};
   const auto& m = *assembly_.mechanism;
   const auto nq = size_t(m.nq());
@@ -123,7 +123,10 @@ std::span<const double> Outputs::at(double t, const phs::State& s, std::span<con
     mechanics::rates_from_momenta<double>(m, *w_, q,
                                           std::span<const double>(world.x).subspan(nq, nq));
   if (places_) mechanics::forward_kinematics<double>(m, *w_, q, poses_);
-  evaluate_fields(t, s, held);
+  if (whole_ || inner_) {
+    hold(held);
+    evaluate_fields(t, s, inputs);
+  }
   if (contacts_) touches_ = contacts_->at(s);
   size_t to = 0;
   for (Item& item : items_) {

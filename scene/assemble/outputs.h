@@ -58,8 +58,10 @@ class Outputs {
   size_t size() const { return size_; }
   /// @param s  as integrated: relative to Assembly::centre if there is one
   /// @param held  values of the sampled controllers, as Sampler::memory()
+  /// @param inputs  of Assembly::model (size nu) that act there; empty: none
   /// @return all numbers, valid until the next call. Allocates nothing after the first call.
-  std::span<const double> at(double t, const phs::State& s, std::span<const double> held);
+  std::span<const double> at(double t, const phs::State& s, std::span<const double> held,
+                             std::span<const double> inputs = {});
 
  private:
   using Place = PlaceOnLink;
@@ -88,7 +90,7 @@ class Outputs {
   void bind_told(Item& item);
   void refuse_wrench(const Output& o) const;
   void hold(std::span<const double> held);
-  void evaluate_fields(double t, const phs::State& s, std::span<const double> held);
+  void evaluate_fields(double t, const phs::State& s, std::span<const double> inputs);
   void evaluate(Item& item, const phs::State& s, std::span<double> to);
   double torque(const Item& item, const phs::State& s) const;
   double of_actuator(const Item& item, const phs::State& s) const;

@@ -477,6 +477,30 @@ formula = "2 + tip.z"
     assert one.reset(seed=0)[0].shape == (1,) and pickle.loads(pickle.dumps(one)).names == ["tip.z"]
 
 
+def test_observed_torques_and_wrenches_are_of_the_actions(source, tmp_path):
+    (tmp_path / "double_pendulum.urdf").write_text((source / "examples/double_pendulum/double_pendulum.urdf").read_text())
+    text = (source / "examples/double_pendulum/scene.toml").read_text() + "".join(
+        f'\n[[output]]\nquantity = "joint_{what}"\nname = "{what}"\njoint = "elbow"\n' for what in ("torque", "wrench"))
+    force = lambda joint, value: f'\n[[element]]\ntype = "force"\nname = "{joint}_force"\njoint = "{joint}"\nconstant = {value}\n'
+    free, driven = tmp_path / "free.toml", tmp_path / "driven.toml"
+    free.write_text(text)
+    driven.write_text(text + force("shoulder", 1.5) + force("elbow", -0.7))
+    kw = dict(step=0.01, method="gauss8", reward=lambda o, u: 0.0 * o[..., 0], dtype=np.float64, longest=30, ports=["shoulder.torque", "elbow.torque"])
+    names = ["torque", "wrench"]
+    e = ph.VectorEnv.from_scene(free, observed=names, limit=9.0, num_envs=3, **kw)
+    own = ph.VectorEnv.from_scene(driven, observed=names, limit=9.0, num_envs=3, **kw)
+    begun, still = e.reset(seed=0)[0], own.reset(seed=0)[0]
+    off = 0.0
+    for k in range(30):
+        u = np.tile([1.5, -0.7], (3, 1))
+        a, b = e.step(u), own.step(0 * u)
+        a, b = (r[4]["final_obs"] if k == 29 else r[0] for r in (a, b))
+        off = max(off, np.abs(a - b).max())
+    assert off < 1e-12, off  # 2e-14 of 10 N
+    assert np.abs(a[:, 0] + 0.7).max() < 1e-12 and np.abs(begun - still).max() > 0.5  # control: it begins without actions
+    assert np.array_equal(e.reset(seed=0)[0], begun)
+
+
 def test_limits_by_names(pendulum):
     both = dict(ports=["lower.torque", "upper.torque"])
     e = many(pendulum, limit={"upper.torque": 0.5, "lower.torque": 2.0}, **both)
