@@ -48,10 +48,10 @@ ModelPtr cart_and_pole(double axis, double damping = 0) {
   return two(10, link("cart", "world", "prismatic", {1, 0, 0}, {0, 0, 0}, 2, {0, 0, 0}, 1), pole);
 }
 /// The numbers of the acrobot in the facts: 4 kg, 1 m; 1 kg, 4 m. 0: it hangs.
-ModelPtr acrobot_of_two_rods() {
+ModelPtr acrobot_of_two_rods(double upper = 1, double lower = 1) {
   return two(9.8,
-             link("upper", "world", "revolute", {0, 1, 0}, {0, 0, 0}, 4, {0, 0, -0.5}, 1 / 3.0),
-             link("lower", "upper", "revolute", {0, 1, 0}, {0, 0, -1}, 1, {0, 0, -2}, 4 / 3.0));
+             link("upper", "world", "revolute", {0, upper, 0}, {0, 0, 0}, 4, {0, 0, -0.5}, 1 / 3.0),
+             link("lower", "upper", "revolute", {0, lower, 0}, {0, 0, -1}, 1, {0, 0, -2}, 4 / 3.0));
 }
 /// I1 = 0.1, I2 = 0.2, m3 = 10; the wheel turns about the pivot, with or against the pendulum.
 /// off: its centre of mass from its axis [m]
@@ -224,6 +224,17 @@ TEST(DesignOnModel, AnAcrobotAndABallOnABeamComeToRest) {
   EXPECT_LT(difference(a), 1e-12);
   const auto x = after(14, acrobot, a, {pi + 0.1, 0});
   EXPECT_LT(std::hypot(x[0] - pi, x[1]), 0.02);  // 0.031 after 10 s, of 0.1
+  // The same motion with axes of any sign.
+  for (const auto& [upper, lower] : {std::pair{1.0, -1.0}, {-1.0, 1.0}, {-1.0, -1.0}}) {
+    const auto turned = acrobot_of_two_rods(upper, lower);
+    const auto law = acrobot_on(turned, {"lower_joint.torque", {upper * pi, 0}},
+                                {.a2 = 1, .a3 = 4, .ku = 200, .kv = 2});
+    EXPECT_LT(difference(law), 1e-12);
+    const auto y = after(2, turned, law, {upper * (pi + 0.1), 0}),
+               z = after(2, acrobot, a, {pi + 0.1, 0});
+    test::keeps("off the acrobot with both axes up",
+                std::hypot(upper * y[0] - z[0], lower * y[1] - z[1]), 1e-10);
+  }
 
   const auto on_beam = beam();
   const auto b = ball_and_beam_on(on_beam, {"beam_joint.torque", {0, 0}}, {.kp = 5, .kv = 3});
