@@ -155,7 +155,10 @@ class Scene:
     def gradient(self, *, end: CostPart = None, sampled: CostPart = None, running: CostPart = None,
                  memory: int = 64 << 20, direction: Any = None, parameter_direction: Mapping[str, float] | None = None,
                  end_curvature: Curvature = None, sampled_curvature: Curvature = None, running_curvature: Curvature = None) -> _core.Gradient:
-        """The gradient of the scene's run from its start, see gradient(); of the model's state, where the centre of mass may be taken out.
+        """The gradient of the scene's run from its start, see gradient().
+
+        Costs get the state that is integrated: of a craft that floats relative to its centre of mass, unless
+        scene.data.centre_stays = True was set before.
 
         With a step control the steps are those of the run; their own change is not in the derivative, of the order of the
         method's error. Across events the parts of the cost get the state of the phase that runs; there is no running cost and
