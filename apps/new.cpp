@@ -6,6 +6,7 @@
 #include "apps/output.h"
 #include "phs/error.h"
 #include "scene/files/files.h"
+#include "scene/read/scene.h"
 #include "scene/read/schema.h"
 #include "scene/session/starter.h"
 
@@ -35,6 +36,11 @@ int new_command(const Arguments& a) {
   }
   scene::make_folder(folder);
   scene::write_file(out, text);
+  if (scene::read_scene(out.string()).urdf.accept_unphysical_inertia)
+    fmt::print(stderr,
+               "porthos: note: inertias of {} break the triangle inequality, as no body's do; the "
+               "scene accepts them by unphysical_inertia, and porthos info names the links\n",
+               urdf.string());
   fmt::print(stderr, "porthos: {} written; run it with: porthos run {}\n", out.string(),
              out.string());
   return exit_ok;

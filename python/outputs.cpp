@@ -20,7 +20,9 @@ class SceneOutputs {
   SceneOutputs(const scene::Scene& s, const scene::Assembly& a,
                const std::vector<std::string>& names)
       : scene_(s), assembly_(a) {
-    const auto named = [&](const std::string& n) { return std::ranges::count(names, n) > 0; };
+    const auto named = [&](const std::string& n) {
+      return names.empty() || std::ranges::count(names, n) > 0;
+    };
     for (const auto& o : s.outputs)
       for (const auto& number : scene::component_names(o))
         if (named(o.name) || named(number)) names_.push_back(number);
@@ -68,9 +70,10 @@ class SceneOutputs {
 }  // namespace
 
 void bind_outputs(py::module_& m) {
-  py::class_<SceneOutputs>(m, "SceneOutputs",
-                           "[[output]]s of a scene without sampled controllers, at states of its "
-                           "assembly. names: of outputs, or of their numbers, as 'tip.x'.")
+  py::class_<SceneOutputs>(
+      m, "SceneOutputs",
+      "[[output]]s of a scene without sampled controllers, at states of its "
+      "assembly. names: of outputs, or of their numbers, as 'tip.x'; none: all.")
       .def(py::init<const scene::Scene&, const scene::Assembly&, const std::vector<std::string>&>(),
            arg("scene"), arg("assembly"), arg("names"))
       .def_property_readonly("names", &SceneOutputs::names,

@@ -42,7 +42,8 @@ class Sight:
         for name in observed:
             places = [k for k, n in enumerate(every) if n == name or k < len(plain) and n.startswith(name + "[") or k >= len(plain) and n.startswith(name + ".")]
             if not places:
-                near = difflib.get_close_matches(name, plain, 1) or plain[:3]
+                known = plain + [n for o in outputs for n in SceneOutputs(scene, found[0], []).names]
+                near = difflib.get_close_matches(name, known, 1) or plain[:3]
                 raise InvalidArgument(f"observed has '{name}', expected a name of the state or of an [[output]] of the scene, as {', '.join(map(repr, near))}")
             self._columns += places
             self.names += [every[k] for k in places]

@@ -180,6 +180,8 @@ class VectorEnv(_VectorBase):
         bodies, rest = m.nq + m.nv, 2 * m.nq  # what is no mechanism's, as of actuators, follows
 
         def state(o: Any, x: np.ndarray) -> np.ndarray:
+            if o is None:
+                raise InvalidArgument("begin returns None, expected that it returns the coordinates and rates it changed")
             o = np.asarray(o, dtype=np.float64)
             if o.shape not in ((bodies,), (bodies + len(x) - rest,)):
                 raise InvalidArgument(f"begin gave shape {o.shape}, expected ({bodies},): coordinates and rates")

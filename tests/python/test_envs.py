@@ -296,6 +296,7 @@ def test_begin_and_ended_in_rates(pendulum):
     else:
         raise AssertionError("no episode ended")
     refused(lambda: many(pendulum, rates=True, begin=lambda uniform, o: o[:3]).reset(), "begin gave shape (3,), expected (4,)")
+    refused(lambda: many(pendulum, rates=True, begin=lambda uniform, o: None).reset(), "begin returns None, expected")
 
 
 @pytest.mark.parametrize("example, varied", [("double_pendulum", "initial.joints.elbow.velocity"), ("ets_vii", "initial.joints.joint_1.position")])
@@ -472,7 +473,7 @@ formula = "2 + tip.z"
         (a, _, _, _, first), (b, rewards, _, _, info) = every.step(u), e.step(u)
         assert np.array_equal(rewards, -(info["final_obs"] if info else b)[:, 0])
     assert np.abs(b[:, 2]).max() > 0.01 and e.batch.observation_size == 4
-    refused(lambda: ph.VectorEnv.from_scene(scene, observed=["top"], **kw), "observed has 'top', expected a name of the state or of an [[output]]")
+    refused(lambda: ph.VectorEnv.from_scene(scene, observed=["tipp.x"], **kw), "observed has 'tipp.x', expected a name of the state or of an [[output]]", "as 'tip.x'")
     one = ph.Env.from_scene(scene, observed=["tip.z"], limit=1.0, reward=reward_of_nothing)
     assert one.reset(seed=0)[0].shape == (1,) and pickle.loads(pickle.dumps(one)).names == ["tip.z"]
 
