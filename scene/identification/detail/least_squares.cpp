@@ -76,9 +76,7 @@ class LevenbergMarquardt {
 
   /// Steps with growing λ until one lessens |r|². @return false: there is none
   bool improve(double square) {
-    constexpr double weight = 0.1,  // of keeping a z where it is
-        longest = 0.5,              // step of a z
-        rounding = 1e-12;
+    constexpr double weight = 0.1, rounding = 1e-12;  // weight: of keeping a z where it is
     lambda_ = std::max(lambda_, std::pow(weight * fit_.noise, 2));
     for (double growth = 2;; lambda_ *= growth, growth *= 2) {
       const VectorXd dz = solved(fit_.r);
@@ -86,7 +84,7 @@ class LevenbergMarquardt {
         fit_.converged = !fit_.at_edge;
         return false;
       }
-      if (length(dz) > longest) continue;
+      if (length(dz) > longest_) continue;
       const VectorXd step = bent(dz);
       bool there = residuals_(moved(fit_.z, step), r_, nullptr);
       const double gain =
@@ -94,7 +92,7 @@ class LevenbergMarquardt {
                 : 0;
       if (gain > 1e-4) {
         there = residuals_(moved(fit_.z, step), r_, &slopes_);
-        if (there) return accept(step, gain);
+        if (there) return accept(step, gain, length(dz));
       }
       if (there) continue;
       fit_.at_edge = true;
@@ -102,12 +100,14 @@ class LevenbergMarquardt {
       if (!o_.go_on(fit_)) return false;
     }
   }
-  bool accept(const VectorXd& step, double gain) {
+  bool accept(const VectorXd& step, double gain, double length) {
     fit_.z = moved(fit_.z, step);
     fit_.r = r_;
     fit_.slopes = slopes_;
     fit_.iterates.push_back(fit_.z);
     fit_.at_edge = false;
+    if (gain > 0.75 && length > longest_ / 2) longest_ *= 2;
+    if (gain < 0.25) longest_ = std::max(shortest, longest_ / 2);
     lambda_ *= gain > 0.75 ? 0.1 : std::max(1.0 / 3, 1 - std::pow(2 * gain - 1, 3));
     return true;
   }
@@ -117,7 +117,8 @@ class LevenbergMarquardt {
   Fit fit_;
   VectorXd r_;
   MatrixXd slopes_;
-  double lambda_ = 0;
+  static constexpr double shortest = 0.5;
+  double lambda_ = 0, longest_ = shortest;  ///< longest: step of a z, a trust region
 };
 
 }  // namespace

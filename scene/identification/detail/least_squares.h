@@ -43,7 +43,8 @@ struct FitOptions {
 /// Levenberg and Marquardt: steps -(JᵀJ + λ)⁻¹Jᵀr by the singular values of J, λ by the gain ratio
 /// (Nielsen 1999, IMM-REP-1999-05). λ is no less than (noise/10)², as if each z were known to ten
 /// whole changes: what the data do not tell stays where it is. λ grows while a step changes some z
-/// by more than a half, where there are no residuals, and where |r| does not lessen. Half of the
+/// by more than a half, or twice the last change where the model was right, where there are no
+/// residuals, and where |r| does not lessen. Half of the
 /// geodesic acceleration is added (Transtrum, Sethna 2012).
 ///
 /// It has converged where a whole Gauss-Newton step along all directions that the data tell would
