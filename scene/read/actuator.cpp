@@ -238,6 +238,13 @@ void add_actuators(phs::Network& n, const mechanics::MechanicalModel& model,
                    const std::vector<JointActuator>& actuators) {
   for (const auto& j : actuators) {
     const auto at = joint_place(model, j.where, "actuator '" + j.name + "'", j.joint);
+    for (const auto& c : model.mechanism().coordinates())
+      if (c.q == at.q && c.unit != "rad")
+        throw InvalidArgument(
+            fmt::format("{}: actuator '{}': '{}' slides, expected a joint that turns: the energies "
+                        "of actuators "
+                        "are of angles (at a slide: an [[element]] of type \"spring\")",
+                        j.where, j.name, j.joint));
     at_line(j.where, [&] { vsa::attach(n, j.name, at.port, j.actuator); });
   }
 }

@@ -226,6 +226,16 @@ TEST_F(Scenes, MistakesAreRefusedWithTheirLine) {
     EXPECT_NE(why.find(says), std::string::npos) << why << "\n  instead of: " << says;
     EXPECT_NE(why.find("scene.toml:"), std::string::npos) << why;
   }
+  // The energies are of angles.
+  std::ofstream(folder_ / "arm.urdf")
+      << R"(<robot name="slide"><link name="world"/><link name="leg"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="elbow" type="prismatic"><parent link="world"/><child link="leg"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>)";
+  const std::string why = refusal([&] { assembly(qbmove + fixed + held); });
+  EXPECT_NE(why.find("actuator 'elbow.actuator': 'elbow' slides, expected a joint that turns"),
+            std::string::npos)
+      << why;
 }
 
 }  // namespace
