@@ -145,7 +145,8 @@ DesignOnModel acrobot_on(ModelPtr model, const DesignJoints& joints, Acrobot a) 
                difference = 0.5 * (j.V(0, pi) - j.V(pi, pi));  // of an elbow that is folded
   a.c4 = 0.5 * (both + difference) / a.g;
   a.c5 = 0.5 * (both - difference) / a.g;
-  // With axes of opposite signs the elbow's angle counts the other way; c3 cos q2 cancels in the sum.
+  // With axes of opposite signs the elbow's angle counts the other way; c3 cos q2 cancels in the
+  // sum.
   auto map = ordered(j, 1, j.M(0, 1) + j.M(0, 1, 0, pi) < 0 ? -1 : 1);
   map.scale = map.A[1][j.d];
   map.numbers = {{"c1", a.c1, "J1 + m1 lc1² + m2 l1² about the shoulder [kg m²]"},
