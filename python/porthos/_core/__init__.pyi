@@ -1624,14 +1624,14 @@ class Environment:
         ...
 
 class SceneOutputs:
-    """[[output]]s of a scene without sampled controllers, at states of its assembly. names: of outputs, or of their numbers, as 'tip.x'."""
+    """[[output]]s of a scene without sampled controllers, at states of its assembly. names: of outputs, or of their numbers, as 'tip.x'; none: all."""
     def __init__(self, scene: SceneData, assembly: Assembly, names: list[str]) -> None: ...
     @property
     def names(self) -> list[str]:
         """Of the numbers; outputs that the scene does not have are left out."""
         ...
-    def at(self, times: Any, states: Any) -> NDArray[numpy.float64]:
-        """times: (n,) [s]; states: (n, nx). Returns (n, numbers) in the units of the outputs."""
+    def at(self, times: Any, states: Any, inputs: Any = None) -> NDArray[numpy.float64]:
+        """times: (n,) [s]; states: (n, nx); inputs: (n, nu) that act there, None: 0. Returns (n, numbers) in the units of the outputs."""
         ...
 
 def check(model: Model, *, samples: int = 32, spread: float = 1.0, tolerance: float = 1e-11, seed: int = 1) -> CheckReport:
